@@ -97,8 +97,8 @@ def _verdict(report: Report, records: int) -> str:
     left = "noise" if report["residual"]["after"]["passes"] else "too little to matter"
     if report["verdict"] == "adequate":
         known = known_within(report["friction_after"])
-        beside = f"with {name}" if best["effects"] else "alone"
-        return f"Coulomb friction {beside} explains {what}: what is left is {left}. {known}"
+        added = f"with {name}" if best["effects"] else "alone"
+        return f"Coulomb friction {added} explains {what}: what is left is {left}. {known}"
     if report["verdict"] == "explained":
         known = known_within(report["friction_after"])
         return f"Coulomb friction with {name} explains {what} ({share}): what is left is {left}. {known}"
@@ -108,12 +108,12 @@ def _verdict(report: Report, records: int) -> str:
         if report["because"]:
             known = f" Its forecast is a doubt: {_doubts(report, what)}."
         if len(credible) == 1:
-            beside = f" with {name}" if best["effects"] else ""
+            added = f" with {name}" if best["effects"] else ""
             if report["because"]:
-                return f"Coulomb friction{beside} explains {what} ({share}), but {_doubts(report, what)}."
+                return f"Coulomb friction{added} explains {what} ({share}), but {_doubts(report, what)}."
             matters = percent(report["dry_friction"]["probability"])
             return (
-                f"Coulomb friction{beside} explains {what} ({share}), but the probability that dry friction "
+                f"Coulomb friction{added} explains {what} ({share}), but the probability that dry friction "
                 f"matters is only {matters}: a longer record, to the stop, would show."
             )
         law = set(best["effects"]) - {"random_force"}

@@ -4,9 +4,9 @@ The posterior of a coefficient is a mixture over the points of a grid in ``(q, t
 and over all sets of columns; every part is a normal, free or cut at zero, and sets without the coefficient
 put an atom at zero.
 
-The prior of :class:`ForcePrior` is one of ``log q`` and ``log tau``. The grid lives in ``l = log tau`` and
-``u = log(q g(tau) / sigma)`` with ``g(tau)**2 = 2 tau / (1 + tau**2)``, the spectral density of the force at
-resonance, which is what a record determines; the Jacobian is one.
+The prior of :class:`friction_bayes.statespace.force_prior.ForcePrior` is one of ``log q`` and ``log tau``.
+The grid lives in ``l = log tau`` and ``u = log(q g(tau) / sigma)`` with ``g(tau)**2 = 2 tau / (1 + tau**2)``,
+the spectral density of the force at resonance, which is what a record determines; the Jacobian is one.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Posterior:
     weight : ndarray, shape (g, m)
         Posterior probability of each point and set.
     ratio, tau, noise : ndarray, shape (g,)
-        Of the points, see :class:`GridPoint`.
+        Of the points, see :class:`friction_bayes.statespace.force_prior.GridPoint`.
     """
 
     def __init__(self, problem: Problem, points: list[GridPoint]) -> None:

@@ -5,7 +5,7 @@ r"""The posterior of a law on one or several records as a sampler sees it: every
 
 with ``b`` shared by all records, ``s`` its prior sd, half-normal where a coefficient has to be positive, and
 the prior of ``q`` and ``tau`` that of :class:`friction_bayes.statespace.force_prior.ForcePrior`, or no random
-force. Coefficients ``a`` of a record's own are integrated out as in
+force. Coefficients ``a`` of a record's own, if any, are integrated out as in
 :mod:`friction_bayes.statespace.problem`, with a prior in units of the noise. Likelihood and Gram matrices are
 those of the closed form, whose other approximations are not used here, so that a sampler checks them: the
 prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at the noise found
@@ -270,7 +270,7 @@ class _Sampled:
         """Coefficients of each record, shape (r, p), its own drawn given all else."""
         problem = self.problem
         if problem.all_shared:
-            return law[None]
+            return np.tile(law, (len(problem.members), 1))
         lam = problem.evaluate(ratio, tau).full_noise2
         found = SetEvidences(np.zeros(1), np.array([noise**2]), lam)
         point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)

@@ -1,6 +1,6 @@
 r"""One or several records under one law: own coefficients are integrated out, and the rest adds up.
 
-All coefficients of one record are shared: nothing is integrated out, and its sums are those of the problem.
+Of one record without own coefficients nothing is integrated out, and its sums are those of the problem.
 
 Given the random force a record is ``y = S b + O a + e`` with coefficients ``b`` that all records share and
 ``a`` of its own: its start, the effects of its sensor. With the sums ``G`` of ``[O S y]`` and the normal
@@ -31,6 +31,7 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Whitened
 from friction_bayes.statespace.regression import (
+    RIDGE,
     LawRegression,
     likely_columns,
     near_least_squares,
@@ -48,9 +49,6 @@ from friction_bayes.statespace.subset_evidence import (
 )
 
 __all__ = ["Conditional", "Member", "Problem", "Spread"]
-
-_RIDGE = 1e-10
-"""Over a column's own sum of squares: columns may be the same to rounding."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,7 +107,7 @@ class Problem:
     ----------
     members : sequence of Member, length r
     own : ndarray of bool, shape (p,)
-        Columns whose coefficient is each record's own. Their priors are normal.
+        Columns whose coefficient is each record's own, and is integrated out. Their priors are normal.
     spread : Spread
     kept : ndarray of bool, shape (m,), optional
         The sets of the records that are evaluated; all by default.
@@ -438,7 +436,7 @@ def _eliminate(grams: Array, mixing: Array, centre: Array, lam: float) -> _Elimi
     sums = mixing.transpose(0, 2, 1) @ grams @ mixing
     own, cross = sums[:, :k, :k].copy(), sums[:, :k, k:].copy()
     diagonal = np.einsum("rkk->rk", own)
-    diagonal += lam if lam > 0.0 else _RIDGE * diagonal + 1e-300
+    diagonal += lam if lam > 0.0 else RIDGE * diagonal + 1e-300
     cross[:, :, -1] -= lam * centre
     root = np.asarray(np.linalg.cholesky(own), dtype=np.float64)
     cross = np.asarray(np.linalg.solve(root, cross), dtype=np.float64)

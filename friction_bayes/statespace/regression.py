@@ -19,13 +19,12 @@ from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whi
 from friction_bayes.statespace.smoother import Motion
 from friction_bayes.statespace.subset_evidence import solved
 
-__all__ = ["LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
+__all__ = ["RIDGE", "LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
 _LIKELY = 0.25
 """Prior probability of a column above which it is part of the reference law."""
-_RIDGE = 1e-10
-"""Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
-
+RIDGE = 1e-10
+"""Of least squares, over each column's own sum of squares: columns may be the same to rounding."""
 _LEAST_KEPT = 1e-6
 """Least share of a sample's noise that remains after smoothing: below is rounding."""
 
@@ -202,7 +201,7 @@ def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
     law = np.zeros(len(gram) - 1)
     mine = np.arange(law.size) if columns is None else np.flatnonzero(columns)
     own = gram[mine][:, mine]
-    law[mine] = solved(own + np.diag(_RIDGE * np.diag(own) + 1e-300), gram[mine, -1])
+    law[mine] = solved(own + np.diag(RIDGE * np.diag(own) + 1e-300), gram[mine, -1])
     return law
 
 

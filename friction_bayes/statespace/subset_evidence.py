@@ -263,12 +263,9 @@ def evaluate_sets(
     log_prior: Array,
     *,
     least_noise2: float = 0.0,
-    nested: NestedSets | None = None,
 ) -> SetEvidences:
     """Evidences of all sets; parameters as of :func:`bound_sets`."""
-    bounds = bound_sets(
-        whitened, reference, positive, sets, log_prior, least_noise2=least_noise2, nested=nested
-    )
+    bounds = bound_sets(whitened, reference, positive, sets, log_prior, least_noise2=least_noise2)
     return evaluate_bounded(whitened, reference, positive, sets, bounds)
 
 

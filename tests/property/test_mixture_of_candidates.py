@@ -50,8 +50,8 @@ def test_every_summary_is_of_one_posterior(
     plain: list[float], forced: list[float], level: float, seed: int
 ) -> None:
     sets = [frozenset(NAMES[:k]) for k in range(5)]
-    beside = [names | {"random_force"} for names in sets[: len(forced)]]
-    made = Made([*sets[: len(plain)], *beside], [*plain, *forced], level, seed)
+    with_force = [names | {"random_force"} for names in sets[: len(forced)]]
+    made = Made([*sets[: len(plain)], *with_force], [*plain, *forced], level, seed)
     mixture = mixture_of(made, np.random.default_rng(seed))  # type: ignore[arg-type]
     assert abs(mixture.probabilities.sum() - 1.0) < 1e-9
     assert np.all(np.diff(mixture.probabilities) <= 0.0)

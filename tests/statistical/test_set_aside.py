@@ -1,4 +1,4 @@
-"""Friction beside a force where samples are clipped or are outliers.
+"""Friction under a random force where samples are clipped or are outliers.
 
 Records of a simulator of their own, a fifth to two fifths of their samples at a ceiling or a fiftieth of
 them outliers. The standardised error of friction is normal: its mean over n records lies within 3.3 /

@@ -56,7 +56,7 @@ class RecordingFilter:
     settling : ndarray of complex, shape (p,)
         Rates at which it forgets what was before the recording [1/sample], one of each conjugate pair; none
         where that is within the :func:`margin`.
-    beside : callable or None
+    neighbour : callable or None
         Response of the next filter of its kind; None where sizes are counted and one of them is right.
     log_prior : float
         Logarithm of the prior probability that a record went through it.
@@ -66,7 +66,7 @@ class RecordingFilter:
     response: Response = field(compare=False)
     angle: float = field(compare=False)
     settling: Complexes = field(default_factory=lambda: np.empty(0, np.complex128), compare=False)
-    beside: Response | None = field(default=None, compare=False)
+    neighbour: Response | None = field(default=None, compare=False)
     log_prior: float = field(default=0.0, compare=False)
 
     @cached_property
@@ -90,7 +90,7 @@ class RecordingFilter:
     @property
     def next(self) -> RecordingFilter | None:
         """The next filter of its kind, where a size in between may be the right one."""
-        return None if self.beside is None else replace(self, response=self.beside, beside=None)
+        return None if self.neighbour is None else replace(self, response=self.neighbour, neighbour=None)
 
     def memory(self, samples: int) -> Array:
         """Responses to the time before the recording, shape (samples, p): any multiples of these.
@@ -239,11 +239,11 @@ def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
         name = (
             f"a low pass of order {order}{both}, corner at {corner / angle:.3g} times the motion's frequency"
         )
-        own, beside = (partial(response, corner=each) for each in (corner, corner / _APART))
+        own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
         own_poles = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
         rates = np.log((1.0 + own_poles) / (1.0 - own_poles))
         slow = rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN]
-        return RecordingFilter(name, own, angle, settling=slow, beside=beside)
+        return RecordingFilter(name, own, angle, settling=slow, neighbour=neighbour)
 
     return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of)
 
@@ -254,7 +254,7 @@ def _couplings(angle: float) -> FilterKind:
 
     def of(corner: float) -> RecordingFilter:
         name = f"an AC coupling, corner at {corner / angle:.2g} times the motion's frequency"
-        own, beside = (partial(response, corner=each) for each in (corner, corner / _APART))
-        return RecordingFilter(name, own, angle, settling=np.array([-corner + 0.0j]), beside=beside)
+        own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
+        return RecordingFilter(name, own, angle, settling=np.array([-corner + 0.0j]), neighbour=neighbour)
 
     return FilterKind(_corners(*(share * angle for share in _COUPLING)), of)

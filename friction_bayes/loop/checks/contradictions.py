@@ -120,7 +120,7 @@ def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
     likelihood = sum(evaluated.log_weight - sets.log_prior for _, _, evaluated in found)
     best = int(np.argmax(likelihood + sets.log_prior))
     inside = sets.columns[best]
-    said = [
+    estimates = [
         set_posterior(
             whitened.gram,
             reference,
@@ -130,5 +130,5 @@ def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
         )
         for reference, whitened, evaluated in found
     ]
-    mean, covariance = (np.array(values) for values in zip(*said, strict=True))
+    mean, covariance = (np.array(values) for values in zip(*estimates, strict=True))
     return mean, covariance, np.flatnonzero(inside)

@@ -23,6 +23,9 @@ __all__ = ["check_friction", "check_law", "target_of_set"]
 _ENSEMBLES = 4
 _ESS = 400.0
 _MOST_STEPS = 4000
+_CLOSED_FORM_DRAWS = 20_000
+_LEAST_STIFFNESS = -0.75
+"""Correction below which a law would hardly oscillate."""
 
 
 def check_friction(
@@ -92,11 +95,6 @@ def check_friction(
         "sampler_s": float(attrs["wall_time_s"]),
     }
     return check | found, tree
-
-
-_CLOSED_FORM_DRAWS = 20_000
-_LEAST_STIFFNESS = -0.75
-"""Correction below which a law would hardly oscillate."""
 
 
 def check_law(

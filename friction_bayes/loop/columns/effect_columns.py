@@ -348,7 +348,7 @@ class SensorColumn(NamedTuple):
     column: Column
     wrong: Callable[[Sampled], Array]
 
-    def fault(self, read: Sampled) -> Array:
+    def error(self, read: Sampled) -> Array:
         """Error of each value of the record, shape (n,)."""
         return block_means(self.wrong(read), read.block)
 

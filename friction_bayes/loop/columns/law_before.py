@@ -22,20 +22,20 @@ class LawBefore:
     ----------
     forces : tuple of (float, ForceColumn)
         Those that act, and their coefficients.
-    faults : tuple of (float, SensorColumn)
+    of_sensor : tuple of (float, SensorColumn)
         The sensor effects, and their coefficients.
     fluctuation : ndarray, shape (n,)
         The random force at the samples; it does not depend on the motion.
     """
 
     forces: tuple[tuple[float, ForceColumn], ...]
-    faults: tuple[tuple[float, SensorColumn], ...]
+    of_sensor: tuple[tuple[float, SensorColumn], ...]
     fluctuation: Array
 
     def gain(self, read: Sampled) -> Array:
         """A change of the signal as read by the sensor with its effects, shape (n,)."""
         gain = np.ones(read.phase.size // read.block)
-        for size, each in self.faults:
+        for size, each in self.of_sensor:
             gain += size * each.slope(read)
         return gain
 

@@ -113,8 +113,8 @@ class LawColumns:
         forces = self.with_sizes(coefficients)
         kept = tuple(pair for pair in forces if pair[1].column.kind != "stiffness")
         sizes = coefficients[self.of_sensor_effects].tolist()
-        faults = tuple(pair for pair in zip(sizes, self.wrong, strict=True) if pair[0] != 0.0)
-        return LawBefore(kept, faults, fluctuation)
+        of_sensor = tuple(pair for pair in zip(sizes, self.wrong, strict=True) if pair[0] != 0.0)
+        return LawBefore(kept, of_sensor, fluctuation)
 
     @property
     def of_sensor_effects(self) -> slice:
@@ -315,7 +315,7 @@ def law_columns(
         unit_force=unit,
     )
     of_lines = chain.from_iterable(line_columns(line, given.scales, path, order, w0) for line in lines)
-    law = law.with_shown([*((each.column, each.fault(read)) for each in wrong), *of_lines])
+    law = law.with_shown([*((each.column, each.error(read)) for each in wrong), *of_lines])
     return law if given.filter is None else law.behind(given.filter)
 
 

@@ -116,14 +116,14 @@ class _Sensor:
     """Whether the effects of a sensor take away, or add, half of the signal."""
 
     def __init__(self, law: LawColumns) -> None:
-        self.faults = law.of_sensor_effects
+        self.of_sensor = law.of_sensor_effects
         signal = law.read.values
         signal = signal - signal.mean()
-        self.shares = signal @ law.sensor[:, self.faults] / float(signal @ signal)
+        self.shares = signal @ law.sensor[:, self.of_sensor] / float(signal @ signal)
 
     def may(self, columns: Mask) -> bool:
         """Whether a set may do so."""
-        return bool(columns[self.faults].any())
+        return bool(columns[self.of_sensor].any())
 
     def __call__(self, coefficients: Array) -> bool:
-        return abs(float(self.shares @ coefficients[self.faults])) > _HIDDEN
+        return abs(float(self.shares @ coefficients[self.of_sensor])) > _HIDDEN

@@ -31,6 +31,11 @@ __all__ = [
 ]
 
 DRAWS = 4000
+LEAST_PROBABILITY = 1e-4
+"""Probability of a set at a point of the grid below which nothing is drawn from it."""
+_STEPS = (0.5 * (math.sqrt(5.0) - 1.0), math.sqrt(2.0) - 1.0)
+"""Multiples of each, less their whole parts, fill the unit interval evenly from any of them on, and those of
+both together the unit square."""
 
 
 def shared_out(draws: int, weight: Array, rng: np.random.Generator) -> Integers:
@@ -50,11 +55,6 @@ def shared_out(draws: int, weight: Array, rng: np.random.Generator) -> Integers:
     # the last is one without rounding
     whole = np.floor(draws * (upto / upto[-1]) + rng.random()).astype(np.intp)
     return np.diff(whole, prepend=0)
-
-
-_STEPS = (0.5 * (math.sqrt(5.0) - 1.0), math.sqrt(2.0) - 1.0)
-"""Multiples of each, less their whole parts, fill the unit interval evenly from any of them on, and those of
-both together the unit square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,10 +179,6 @@ def _noise_growth(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Arra
     return np.asarray(fit.growth.ratio * noise * scatter * np.sqrt(fit.segment.block))
 
 
-LEAST_PROBABILITY = 1e-4
-"""Probability of a set at a point of the grid below which nothing is drawn from it."""
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DrawnLaws:
     """Joint draws of the law, of each record's own parameters, and of the spread between records.
@@ -212,7 +208,8 @@ class DrawnLaws:
     @property
     def of_first(self) -> DrawnLaws:
         """The same as if the first record were the only one."""
-        return replace(self, records=self.records[:1], friction=self.first.friction)
+        friction = self.first.friction
+        return replace(self, records=self.records[:1], friction=friction, spread=np.zeros_like(friction))
 
     @property
     def frequency(self) -> Array:
@@ -231,7 +228,12 @@ class DrawnLaws:
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
         """Parameters of an effect in the ``chosen`` draws that have it, a record's own with its number."""
         if isinstance(EFFECTS[effect], GrowingNoiseEffect):
-            return {EFFECTS[effect].parameters[0].name: self.first.noise_growth[chosen]}
+            name, numbered = EFFECTS[effect].parameters[0].name, len(self.records) > 1
+            return {
+                f"{name}[{r}]" if numbered else name: draws.noise_growth[chosen]
+                for r, draws in enumerate(self.records)
+                if effect in draws.fit.sensor_noise.effects
+            }
         if effect == RANDOM_FORCE.name:
             return {
                 "sd": self.first.random_force[chosen],
@@ -265,13 +267,13 @@ def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array |
         g, m = divmod(int(flat), weight.shape[1])
         k = int(counts[flat])
         here = slice(at, at + k)
-        said = problem.conditional(posterior.points[g], m)
-        low = np.where(problem.positive[said.columns], 0.0, -np.inf)
-        high = np.full(said.columns.size, np.inf)
-        shared = truncated_draws(said.mean, said.covariance, low, high, rng, k)
-        mean[here, said.columns] = shared
-        laws[here] = said.laws(shared, rng)
-        point[here], row[here], noise[here] = g, m, said.noise
+        given = problem.conditional(posterior.points[g], m)
+        low = np.where(problem.positive[given.columns], 0.0, -np.inf)
+        high = np.full(given.columns.size, np.inf)
+        shared = truncated_draws(given.mean, given.covariance, low, high, rng, k)
+        mean[here, given.columns] = shared
+        laws[here] = given.laws(shared, rng)
+        point[here], row[here], noise[here] = g, m, given.noise
         at += k
     chosen = problem.number[row]
     records = tuple(

@@ -64,7 +64,6 @@ class LawFit:
         Each record by itself.
     fits : tuple of ForceFit, length r
         Each record under the most probable law and random force.
-    problem : Problem
     posterior : Posterior
         Of the shared coefficients.
     spreads : ndarray, shape (k,)
@@ -77,7 +76,6 @@ class LawFit:
 
     alone: tuple[ForceFit, ...]
     fits: tuple[ForceFit, ...]
-    problem: Problem
     posterior: Posterior
     spreads: Array
     level: float
@@ -89,12 +87,16 @@ class LawFit:
         return cls(
             alone=(fit,),
             fits=(fit,),
-            problem=fit.posterior.problem,
             posterior=fit.posterior,
             spreads=np.zeros(1),
             level=0.0,
             prior=fit.prior,
         )
+
+    @property
+    def problem(self) -> Problem:
+        """What the posterior is of."""
+        return self.posterior.problem
 
     @property
     def one(self) -> bool:
@@ -137,8 +139,7 @@ class LawFit:
     def among(self, cells: Mask) -> LawFit:
         """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
         posterior = self.posterior.among(cells[:, self.problem.number])
-        under = _under(self.problem, posterior)
-        fits = tuple(fit.under(*each) for fit, each in zip(self.fits, under, strict=True))
+        fits = tuple(fit.under(*each) for fit, each in zip(self.fits, _under(posterior), strict=True))
         return replace(self, posterior=posterior, fits=fits)
 
 
@@ -174,7 +175,7 @@ def fit_law(
     Raises
     ------
     InputError
-        If a record holds too few turning points.
+        If a record has too few turning points.
     """
     fits = []
     for segment in segments:
@@ -288,12 +289,11 @@ def _evaluated(
     posterior = integrate(problem, prior, problem.noise_before, only_mode=only_mode)
     fits = tuple(
         force_fit(record, found, *each, one.sensor_noise)
-        for record, found, each, one in zip(records, along, _under(problem, posterior), alone, strict=True)
+        for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)
     )
     return LawFit(
         alone=alone,
         fits=fits,
-        problem=problem,
         posterior=posterior,
         spreads=spreads,
         level=level,
@@ -304,8 +304,8 @@ def _evaluated(
 def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
     """Median size of each sensor effect over the records that have it."""
     own = [fit.law.sensor_sizes(fit.coefficients) for fit in alone]
-    found = {fault for sizes in own for fault in sizes}
-    return {fault: float(np.median([sizes[fault] for sizes in own if fault in sizes])) for fault in found}
+    found = {effect for sizes in own for effect in sizes}
+    return {effect: float(np.median([sizes[effect] for sizes in own if effect in sizes])) for effect in found}
 
 
 def _filters(alone: Sequence[ForceFit]) -> list[RecordingFilter | None]:
@@ -342,16 +342,16 @@ def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list
     ]
 
 
-def _under(problem: Problem, posterior: Posterior) -> Iterator[tuple[Posterior, Array]]:
+def _under(posterior: Posterior) -> Iterator[tuple[Posterior, Array]]:
     """Posterior and coefficients of each record in the most probable set at the most probable point.
 
     The coefficients of one record are its own posterior's. Of several, the others determine them too: each
     has that set at that point alone.
     """
-    best = posterior.best
+    problem, best = posterior.problem, posterior.best
     row = best.chosen
-    said = problem.conditional(best, row)
-    laws = said.laws(posterior.best_law()[said.columns][None])[0]
+    given = problem.conditional(best, row)
+    laws = given.laws(posterior.best_law()[given.columns][None])[0]
     for member, law in zip(problem.members, laws, strict=True):
         if len(laws) == 1:
             yield posterior, law

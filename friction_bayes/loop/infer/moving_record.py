@@ -94,7 +94,7 @@ class LawAlongMotion(NamedTuple):
         """Columns of sensor effects, shape (p,)."""
         return np.array([isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns])
 
-    def faults(self, sizes: Array) -> Array:
+    def sensor_errors(self, sizes: Array) -> Array:
         """Errors of the samples by sensor effects of some sizes, natural units, shape (n,).
 
         They follow the motion: one that jumps where the motion turns moves with the turning points.

@@ -226,7 +226,7 @@ def fit_random_force(
     Returns
     -------
     ForceFit or None
-        None where the record holds too few turning points.
+        None where the record has too few turning points.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system))
     return _fit_of(settle(whole, allowed, noise), allowed)
@@ -248,7 +248,7 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
     Returns
     -------
     ForceFit or None
-        None where these hold too few turning points.
+        None where these have too few turning points.
     """
     filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else "auto"
     whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, samples)

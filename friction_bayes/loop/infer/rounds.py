@@ -332,8 +332,8 @@ class Round:
         if after.other_lines or other_noise:
             return False
         change = after.found.w0 / self.found.w0 - 1.0
-        faults = self._law[self.found.of_sensor]
-        moved = np.max(np.abs(after.found.faults(faults) - self.found.faults(faults)))
+        sizes = self._law[self.found.of_sensor]
+        moved = np.max(np.abs(after.found.sensor_errors(sizes) - self.found.sensor_errors(sizes)))
         straight = self.found.path.serves(after.found.path.x, after.found.prior.centre)
         moved = max(moved, np.max(np.abs(after.found.path.x - self.found.path.x)))
         return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._best.noise)

@@ -22,7 +22,7 @@ from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_grow
 from friction_bayes.loop.noise.likelihood import NoiseFit
 from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
-from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.mechanics.effects.inclusion import INCLUSION, PRIOR_LOG_ODDS
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.problem import Problem
@@ -84,8 +84,14 @@ class SensorNoise:
     @property
     def probabilities(self) -> dict[frozenset[str], float]:
         """Probability of each kind of noise by its effects."""
-        total = self.log_total
-        return {h.effects: math.exp(h.log_odds - total) for h in self.hypotheses}
+        return self.probabilities_in_one_of(1)
+
+    def probabilities_in_one_of(self, records: int) -> dict[frozenset[str], float]:
+        """The same in one of several records: that any of them has an effect is as probable as any effect."""
+        prior = math.log(math.expm1(-math.log1p(-INCLUSION) / records))
+        log_odds = [h.log_odds + len(h.effects) * (prior - PRIOR_LOG_ODDS) for h in self.hypotheses]
+        total = logsumexp(log_odds)
+        return {h.effects: math.exp(each - total) for h, each in zip(self.hypotheses, log_odds, strict=True)}
 
     def sd_of_samples(self, sd: Array) -> Array:
         """Standard deviation of the noise, outliers included, where that of the others is ``sd``."""

@@ -101,7 +101,7 @@ class Candidates:
         return self.fit.posterior.weight * kept[:, self.fit.problem.number]
 
     @property
-    def _of_first(self) -> Mask:
+    def _cells_of_best(self) -> Mask:
         """Points and sets of the records that are the most probable candidate, shape (g, m)."""
         # it may lack some of its sets of columns, where one of its shapes is impossible
         own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
@@ -115,7 +115,7 @@ class Candidates:
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
         """Each record under the most probable candidate."""
-        return self.fit.among(self._of_first).fits
+        return self.fit.among(self._cells_of_best).fits
 
     @cached_property
     def reading(self) -> Reading:
@@ -131,7 +131,7 @@ class Candidates:
         ``share`` is the sampled share of the candidate's probability; the tree has the samples, if any.
         """
         factor, unit = friction_scale(self.before.model)
-        mine = self._of_first[:, self.fit.problem.number] & (self._weight > 0.0)
+        mine = self._cells_of_best[:, self.fit.problem.number] & (self._weight > 0.0)
         return check_law(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
 
     @cached_property
@@ -337,15 +337,15 @@ class Candidates:
     @property
     def notes(self) -> tuple[str, ...]:
         factor, unit = friction_scale(self.before.model)
-        told: list[str] = []
+        found: list[str] = []
         for fit, left in zip(self.best, self._left, strict=True):
-            told += knock_notes(fit, factor * fit.law.unit_force, unit)
+            found += knock_notes(fit, factor * fit.law.unit_force, unit)
             if left.jumps is not None and self._fluctuates:
-                told.append(
+                found.append(
                     f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "
                     f"{left.jumps:.2g}, where 3 is normal): something slips or knocks now and then"
                 )
-        return (*told, *self._contradictions)
+        return (*found, *self._contradictions)
 
     @property
     def fitted(self) -> tuple[int, int, int]:
@@ -403,7 +403,7 @@ def candidates_of(
     Raises
     ------
     InputError
-        If a record holds too few turning points, or no Coulomb decay can be fitted.
+        If a record has too few turning points, or no Coulomb decay can be fitted.
     """
     varying, noise = options.varying_friction, options.noise
     fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)

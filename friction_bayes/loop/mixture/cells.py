@@ -104,10 +104,12 @@ def _unknowable(fit: ForceFit) -> set[str]:
     gram = fit.regression.whiten_at(0.0, 1.0).gram[:-1, :-1] / fit.posterior.points[0].found.full_noise2
     absorbed = np.linalg.solve(gram[np.ix_(always, always)] + np.eye(len(always)), gram[always])
     left = np.diag(gram) - np.sum(gram[:, always].T * absorbed, axis=0)
-    told = left > settings.SETTINGS.least_information
+    informed = left > settings.SETTINGS.least_information
     names = {column.effect for column in fit.law.columns if column.kind == "effect"}
     return {
-        name for name in names if not any(told[j] for columns in fit.law.alternatives(name) for j in columns)
+        name
+        for name in names
+        if not any(informed[j] for columns in fit.law.alternatives(name) for j in columns)
     }
 
 
@@ -118,8 +120,10 @@ def cells_of(fit: LawFit) -> Cells:
     certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
     noises = {certain: 1.0}
     for one in fit.alone:
-        # what one sensor has, the records have
-        pairs = list(product(noises.items(), one.sensor_noise.probabilities.items()))
+        # what one record's sensor has, the records have
+        pairs = list(
+            product(noises.items(), one.sensor_noise.probabilities_in_one_of(len(fit.alone)).items())
+        )
         noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
         for (names, share), (more, probability) in pairs:
             noises[names | more] += share * probability

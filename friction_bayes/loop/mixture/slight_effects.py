@@ -4,7 +4,7 @@ A viscous damping of one of its standard deviations cannot be detected, and yet 
 friction's own: over a decay that is cut before it rests, the two act nearly alike. So every candidate that
 lacks one of these effects has it as a nuisance: present with the prior probability ``nuisance`` of the
 settings (that of any effect where the candidate has another force of the catalogue), of a size of up to a few
-of its standard deviations. Several records share one: damping.
+of its standard deviations. Several records share one damping; their drifts, each record's own, are left out.
 With the estimate :math:`\hat c` and standard deviation :math:`s` of its coefficient from the samples, the
 candidate's parameters free,
 
@@ -12,14 +12,14 @@ candidate's parameters free,
 
 cut to its support, and no wider than the effect's own prior; friction follows it linearly. The support of
 damping extends a little below zero: a gain of the sensor that rises within the record looks like damping that
-drives the motion, and a nuisance of one sign would bias friction. Nothing else of a candidate changes, nor
-its probability: an effect that a record shows makes a candidate of its own.
+drives the motion, and a nuisance of one sign would bias friction.
 
 A random force hidden by the sensor noise moves friction by several times as much as that noise, since the
 record averages the noise over its samples and the force over far fewer correlation times. So every candidate
 without a random force has one as a nuisance too: present with the same prior probability, of the sizes and
-correlation times under which the law is as probable as without a force to within two nats. Nothing else of a
-candidate changes, nor its probability: a force that a record shows makes a candidate of its own.
+correlation times under which the law is as probable as without a force to within two nats.
+
+Nothing else of a candidate changes, nor its probability: what a record shows makes a candidate of its own.
 """
 
 from __future__ import annotations
@@ -224,12 +224,11 @@ def slight_force(fit: LawFit) -> SlightForce | None:
     if rubs.size == 0:
         return None
     j = int(rubs[0])
-    said_at_most = 0.5 * settings.SETTINGS.unseen**2
+    unseen = 0.5 * settings.SETTINGS.unseen**2
     hidden = [
         point
         for point in fit.posterior.points
-        if point.ratio > 0.0
-        and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= said_at_most
+        if point.ratio > 0.0 and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= unseen
     ]
     if not hidden:
         return None

@@ -39,7 +39,7 @@ def test_the_force_that_repeats_with_every_turn_is_compared_between_the_kinds() 
     # differences of 0.3 and 0.4, each of sd 0.5, and sizes of 1 to 2 of sd 0.3 and 0.4; one series is cut
     # short, and what it lacks is not compared
     without = {"once_sine": [1.0, 0.3], "once_cosine": [2.0, 0.3], "twice_sine": [0.0, 0.0]}
-    beside = {"once_sine": [1.3, 0.4], "once_cosine": [1.6, 0.4], "twice_sine": [0.5, 0.1]}
-    results = [numbers | TOLD | {"position_force": json.dumps(force)} for force in (without, beside)]
+    with_force = {"once_sine": [1.3, 0.4], "once_cosine": [1.6, 0.4], "twice_sine": [0.5, 0.1]}
+    results = [numbers | TOLD | {"position_force": json.dumps(force)} for force in (without, with_force)]
     row = rows(assemble([{"kind": kind} for kind in KINDS], results))[3]
     assert row.ours == "correlation 1.00; reduced chi-square of the difference 0.5, of the force 21"

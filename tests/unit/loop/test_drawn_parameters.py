@@ -1,4 +1,4 @@
-"""Draws of the parameters of effects, each beside the friction that was drawn with it."""
+"""Draws of the parameters of effects, each with the friction that was drawn with it."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
     assert low < 0.5 < high
 
 
-def test_every_single_effect_is_weighed(seed: int) -> None:
+def test_every_single_effect_is_evaluated(seed: int) -> None:
     found = evaluated(long_decay(seed=seed))
     # a line, outliers and clipped samples are there only where the record shows some
     for name in OFFERED[:7]:

@@ -74,7 +74,7 @@ def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.ra
 
 
 def log_density(fit: ForceFit, error: SensorError) -> float:
-    """Log posterior density of an error of the sensor and the best force beside it, up to a constant."""
+    """Log posterior density of an error of the sensor and the best force for it, up to a constant."""
     regression = replace(fit.regression, clock=error.of(fit.clock, fit.w0))
     best = integrate(Problem.of(regression), fit.prior, fit.motion.noise, only_mode=True)
     return best.log_evidence - 0.125 * math.log(error.ratio) ** 2
@@ -82,7 +82,7 @@ def log_density(fit: ForceFit, error: SensorError) -> float:
 
 @pytest.mark.parametrize(("seed", "size"), [(2, ERROR), (4, 3e-5)])
 def test_no_other_error_of_the_sensor_is_more_probable(seed: int, size: float) -> None:
-    """Climbs from two places had ended three to four nats below, beside a force that was too quick."""
+    """Climbs from two places had ended three to four nats below, with a force that was too quick."""
     record = correlated_record(np.random.default_rng(seed), size)
     names = ("random_force", "viscous_damping", "quadratic_drag", "cubic_stiffness", "sensor_offset")
     fit, factors = fitted(record, names), np.geomspace(0.4, 2.5, 7)

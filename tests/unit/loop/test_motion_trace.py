@@ -12,7 +12,7 @@ from unsteady_decays import SYSTEM, fitted, sensed, unsteady_motion
 
 
 def test_turning_points_of_a_law_without_a_force_do_not_fluctuate(rng: np.random.Generator) -> None:
-    """The path that a law is evaluated along was smoothed with a force beside it."""
+    """The path that a law is evaluated along was smoothed with a force in addition to it."""
     motion = unsteady_motion(rng)[0]
     fit = fitted(
         sensed(motion + 2e-5 * rng.standard_normal(motion.size)), ("viscous_damping", "random_force")

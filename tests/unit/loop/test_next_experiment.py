@@ -117,7 +117,7 @@ def test_the_sentence_names_the_proposal_that_decides_best(tied: tuple[Contender
 
 
 def test_with_two_rivals_the_worse_decided_one_counts(tied: tuple[Contender, Contender]) -> None:
-    """A candidate beside itself is decided by no record."""
+    """A candidate compared with itself is decided by no record."""
     sentence = next_experiment([*tied, tied[0]], ["viscous damping", "friction drift", "its double"])
     assert sentence is not None
     assert sentence.startswith("No single further record")

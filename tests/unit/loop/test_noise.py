@@ -39,7 +39,7 @@ def test_white_deviance_is_twice_the_negative_log_likelihood(rng: np.random.Gene
     assert each.sum() == pytest.approx(-0.5 * fit.deviance, rel=1e-9)
 
 
-def test_outliers_are_found_and_weigh_little(rng: np.random.Generator) -> None:
+def test_outliers_are_found_and_count_little(rng: np.random.Generator) -> None:
     far = rng.random(N) < 0.05
     x = np.where(far, 10.0, 1.0) * rng.standard_normal(N)
     fit = fit_noise(x, np.zeros(N), NoiseModel(outliers=True), SCALES)

@@ -78,7 +78,7 @@ def test_a_simulated_wheel_out_of_balance_is_pulled_aside() -> None:
         (SYSTEM, "acceleration", ["sensor_hysteresis"], "no sensor of acceleration"),
     ],
 )
-def test_what_was_asked_for_and_is_not_weighed_is_told(
+def test_what_was_asked_for_and_is_not_evaluated_is_reported(
     system: fb.Oscillator, quantity: str, asked: list[str], reason: str
 ) -> None:
     record = fb.simulate(

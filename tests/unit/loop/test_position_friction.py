@@ -1,4 +1,4 @@
-"""Friction that depends on the position, beside a force that fluctuates."""
+"""Friction that depends on the position, together with a force that fluctuates."""
 
 from __future__ import annotations
 

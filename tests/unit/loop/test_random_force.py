@@ -136,7 +136,7 @@ def test_candidates_with_and_without_it_are_of_one_list(report: fb.LoopReport) -
     assert effect["parameters"]["sd"]["sd"] == pytest.approx(float(draws.std(ddof=1)))
 
 
-def test_without_a_force_both_weigh_a_law_alike(seed: int) -> None:
+def test_without_a_force_both_give_a_law_the_same_evidence(seed: int) -> None:
     """The regression and a fit by simulation approximate one evidence, here within a nat."""
     (segment,) = cut_records([short_decay(seed=seed)], SYSTEM)
     fit = fit_random_force(segment, SYSTEM, ("viscous_damping", "random_force"))
@@ -280,7 +280,7 @@ def test_an_accelerometer_has_no_backlash(seed: int) -> None:
         short_decay(seed=seed, quantity="acceleration", effects={"sensor_hysteresis.half_width": 1e-3})
 
 
-def test_it_is_not_weighed_where_that_is_not_asked_for() -> None:
+def test_it_is_not_evaluated_where_that_is_not_asked_for() -> None:
     report = fb.close_loop([fluctuating()], SYSTEM, seed=1, random_force="none", effects=["viscous_damping"])
     assert report.random_force is None
 
@@ -315,7 +315,7 @@ def test_noise_is_at_least_what_rounding_to_the_sensors_steps_leaves() -> None:
 
 
 @pytest.mark.parametrize("rate", [100.0, 200.0])
-def test_a_random_force_without_noise_of_the_sensor_is_weighed(rate: float) -> None:
+def test_a_random_force_without_noise_of_the_sensor_is_evaluated(rate: float) -> None:
     force = {"random_force.sd": 0.02, "random_force.correlation_time": 0.1}
     record = fb.simulate(
         SYSTEM,
@@ -371,7 +371,7 @@ def test_dry_friction_need_not_be_there(report: fb.LoopReport) -> None:
 
 
 def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
-    """Beside the motion, and out of a spectrum that is not flat; a short record has none to speak of."""
+    """In addition to the motion, and out of a spectrum that is not flat."""
     segment = cut_records([fluctuating()], SYSTEM)[0]
     n = segment.moving
     coloured = np.convolve(rng.standard_normal(n + 20), np.ones(20) / 20.0, mode="valid")[:n]

@@ -69,7 +69,7 @@ def test_closed_form_and_sampler_agree_on_friction(fit: LawFit) -> None:
 
 
 def test_a_positive_coefficient_near_zero(fit: LawFit) -> None:
-    """Viscous damping that is not there: friction beside it is far from normal."""
+    """Viscous damping that is not there: friction together with it is far from normal."""
     viscous = fit.sets.effects.index(frozenset({"viscous_damping"}))
     alone = np.zeros(fit.posterior.weight.shape, np.bool_)
     alone[:, viscous] = True

@@ -141,7 +141,7 @@ def test_what_it_does_not_go_with_is_refused(records: int, options: dict, proble
         )
 
 
-def test_records_of_coloured_sensors_are_weighed_together() -> None:
+def test_records_of_coloured_sensors_are_evaluated_together() -> None:
     rng, noisy = np.random.default_rng(1), releases(0.07, 0.07)
     for record in noisy:
         record.values[:] += lfilter([1e-3], [1.0, -0.9], rng.standard_normal(record.size))
@@ -173,7 +173,7 @@ def unspoilt(unsteady: bool) -> tuple[list[xr.DataArray], fb.LoopReport]:
 @pytest.mark.parametrize("fault", ["outliers", "sensor_clipping"])
 @pytest.mark.parametrize("unsteady", [False, True])
 def test_one_spoilt_record_spoils_no_other(fault: str, unsteady: bool) -> None:
-    """Spikes and clipped samples are set aside in their record; together all say what they said without."""
+    """Spikes and clipped samples are set aside in their record; friction hardly moves."""
     records, whole = unspoilt(unsteady)
     rng, fitted = np.random.default_rng(1), list[str]()
     spoilt = records[1].copy(deep=True)
@@ -197,7 +197,7 @@ def test_one_spoilt_record_spoils_no_other(fault: str, unsteady: bool) -> None:
     assert found.held_out_error["noise_floor"] < 3.0 * whole.held_out_error["noise_floor"]
 
 
-def test_what_is_improbable_is_weighed_in_several_records_too() -> None:
+def test_what_is_improbable_is_evaluated_in_several_records_too() -> None:
     tried = [*EFFECTS, "presliding", "sensor_hysteresis"]
     found = fb.close_loop(releases(0.07, 0.07), SYSTEM, seed=1, effects=tried)
     for name in ("random_force", "presliding", "sensor_hysteresis"):
@@ -207,14 +207,14 @@ def test_what_is_improbable_is_weighed_in_several_records_too() -> None:
     assert found.friction_between_records is not None
 
 
-def test_a_measured_force_is_set_beside_several_records() -> None:
+def test_a_measured_force_is_compared_with_several_records() -> None:
     first, second = releases(0.07, 0.07)
     force = np.full(first.size, 0.07)
-    beside = fb.close_loop([first, second], SYSTEM, seed=1, effects=EFFECTS, reference_force=force)
-    assert beside.friction_after == of_one_friction().friction_after
-    assert "force" in beside.residual
-    assert beside.traces[0].forces is not None
-    assert beside.traces[1].forces is None
+    found = fb.close_loop([first, second], SYSTEM, seed=1, effects=EFFECTS, reference_force=force)
+    assert found.friction_after == of_one_friction().friction_after
+    assert "force" in found.residual
+    assert found.traces[0].forces is not None
+    assert found.traces[1].forces is None
 
 
 def test_the_next_experiment_is_named_for_several_records() -> None:

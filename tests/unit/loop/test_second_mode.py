@@ -1,4 +1,4 @@
-"""A second mode that dies out beside the motion, with a force that fluctuates and without."""
+"""A second mode that dies out, in addition to the motion, with a force that fluctuates and without."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def series() -> Iterator[str]:
 
 
 @pytest.mark.parametrize(("third", "fourth", "width"), [(0.008, 0.0, 1.0), (0.06, -0.04, 5.0)])
-def test_each_extent_is_weighed_and_its_parameters_are_read(
+def test_each_extent_is_evaluated_and_its_parameters_are_read(
     series: str, rng: np.random.Generator, third: float, fourth: float, width: float
 ) -> None:
     straight = bent_record(rng, 0.0)

@@ -115,7 +115,7 @@ def test_where_outliers_may_not_act_none_is_set_aside(rng: np.random.Generator) 
 
 
 @pytest.mark.parametrize("fault", ["outliers", "sensor_clipping"])
-def test_without_a_force_both_weigh_a_law_alike(fault: str, seed: int) -> None:
+def test_without_a_force_both_give_a_law_the_same_evidence(fault: str, seed: int) -> None:
     """The regression without the samples set aside, and a fit of all of them, approximate one evidence."""
     values = {"outliers": {"outliers.fraction": 0.03, "outliers.scale": 2e-3}}
     clipped = {"sensor_clipping.level": 0.014}

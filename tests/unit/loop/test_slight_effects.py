@@ -45,10 +45,10 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
     assert slight.probability == pytest.approx(acts / (acts + 1.0 - settings.SETTINGS.nuisance), rel=1e-3)
 
 
-def test_it_is_less_probable_beside_another_force() -> None:
+def test_it_is_less_probable_with_another_force() -> None:
     alone, offset, drag = (
-        SlightEffect.of_likelihood(0.0, 100.0, (0.0, math.inf), 1.0, beside)
-        for beside in ((), ("sensor_offset",), ("quadratic_drag",))
+        SlightEffect.of_likelihood(0.0, 100.0, (0.0, math.inf), 1.0, effects)
+        for effects in ((), ("sensor_offset",), ("quadratic_drag",))
     )
     assert alone.probability == offset.probability
     stated = (settings.SETTINGS.nuisance, INCLUSION)

@@ -1,4 +1,4 @@
-"""Sample times that jitter: noise that grows with the rate of the signal, beside a force that fluctuates."""
+"""Sample times that jitter: noise that grows with the rate of the signal, with a force that fluctuates."""
 
 from __future__ import annotations
 
@@ -43,7 +43,30 @@ def test_the_report_names_it_with_its_unit(rng: np.random.Generator) -> None:
     assert report.held_out_error["inside90"] > 0.6
 
 
-def test_where_it_may_not_act_it_is_not_weighed(rng: np.random.Generator) -> None:
+def test_of_several_records_each_that_has_it_has_a_size_of_its_own(rng: np.random.Generator) -> None:
+    records = [jittered_record(rng, size, NOISE) for size in (0.0, 0.1 * STEP)]
+    report = fb.close_loop(records, SYSTEM, seed=1, effects=["viscous_damping", "timing_jitter"])
+    (jitter,) = (effect for effect in report.effects if effect["name"] == "timing_jitter")
+    assert list(jitter["parameters"]) == ["sd[1]"]
+    assert jitter["parameters"]["sd[1]"]["mean"] == pytest.approx(0.1 * STEP, rel=0.3)
+    assert (report.posterior["posterior"]["timing_jitter.sd[1]"] > 0.0).all()
+
+
+def test_many_records_without_it_do_not_add_up_to_it(rng: np.random.Generator) -> None:
+    """Each leaves it a few per cent."""
+    records = [jittered_record(rng, 0.0, NOISE) for _ in range(6)]
+    found = [
+        sum(c["probability"] for c in report.candidates if "timing_jitter" in c["effects"])
+        for report in (
+            fb.close_loop(some, SYSTEM, seed=1, effects=["viscous_damping", "timing_jitter"])
+            for some in (*([each] for each in records), records)
+        )
+    ]
+    assert min(found[:-1]) > 0.0
+    assert found[-1] < 1.5 * np.mean(found[:-1])
+
+
+def test_where_it_may_not_act_it_is_not_evaluated(rng: np.random.Generator) -> None:
     record = jittered_record(rng, 0.1 * STEP, NOISE)
     assert fitted(record, ("viscous_damping",)).growth is None
 

@@ -32,10 +32,10 @@ def dense_covariance(clock: Clock, row: np.ndarray, ratio: float, tau: float) ->
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_whitening_with_a_law_is_dense_algebra(order: int, rng: np.random.Generator) -> None:
-    beside = np.tile(np.eye(2), (N - 1, 1, 1))
-    beside[10] = [[1.0, 0.0], [0.0, 0.6]]
-    beside[30] = [[1.01, 0.02], [-0.1, 0.8]]
-    clock, row = Clock.of(0.2 * np.arange(N), feedback=beside), sensor_row(order)
+    feedback = np.tile(np.eye(2), (N - 1, 1, 1))
+    feedback[10] = [[1.0, 0.0], [0.0, 0.6]]
+    feedback[30] = [[1.01, 0.02], [-0.1, 0.8]]
+    clock, row = Clock.of(0.2 * np.arange(N), feedback=feedback), sensor_row(order)
     block = rng.standard_normal((N, 2))
     found = whiten(block, clock, row, 3.0, 0.7)
     covariance = dense_covariance(clock, row, 3.0, 0.7)

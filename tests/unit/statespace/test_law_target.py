@@ -1,4 +1,4 @@
-"""The sampler's posterior under a random force: against a dense normal, and beside the closed form."""
+"""The sampler's posterior under a random force: against a dense normal, and next to the closed form."""
 
 from __future__ import annotations
 

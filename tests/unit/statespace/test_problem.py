@@ -174,7 +174,7 @@ def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> No
     np.testing.assert_allclose(drawn.mean(axis=0), laws, atol=5.0 * drawn.std(axis=0).max() / 60.0)
 
 
-def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
+def test_a_spread_that_is_there_is_found(members) -> None:
     joint = Problem(members, OWN, SOME)
     found = joint.evaluate(RATIO, TAU)
     by_spread = np.logaddexp.reduce(found.log_weight.reshape(3, -1), axis=1)
@@ -201,7 +201,7 @@ def test_a_deviation_is_in_the_column_of_the_set(members) -> None:
         assert np.flatnonzero(~OWN)[differs].tolist() == [column]
 
 
-def test_sets_that_are_kept_weigh_what_they_weigh_among_all(members) -> None:
+def test_sets_that_are_kept_have_their_weight_among_all(members) -> None:
     every, few = (
         Problem(members, OWN, SOME),
         Problem(members, OWN, SOME, EVERY & [True, False, True, True]),
