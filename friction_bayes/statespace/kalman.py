@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -137,10 +136,10 @@ class Clock:
         Noise variances relative to each other; infinite for samples that are not to be used.
     error : CorrelatedError
         Of the sensor.
-    feedback : ndarray or None, shape (n - 1, 2, 2)
-        Propagation of a perturbation over each interval by the forces of a law, which depend on the motion,
-        relative to the oscillator alone (:func:`friction_bayes.statespace.response.feedback_steps`);
-        the identity if None.
+    acts : ndarray of int, shape (k,)
+        Intervals over which the forces of a law change a perturbation.
+    feedback : ndarray, shape (k, 2, 2)
+        Its propagation by these, which depend on the motion, relative to the oscillator alone.
     autoregression : Autoregression or None
         Coloured noise in place of the white noise and the correlated error, from sample to sample.
     """
@@ -151,8 +150,9 @@ class Clock:
     jump: Array
     index: Indices
     variance: Array
+    acts: Indices
+    feedback: Array
     error: CorrelatedError = CorrelatedError()
-    feedback: Array | None = None
     autoregression: Autoregression | None = None
 
     @classmethod
@@ -166,7 +166,9 @@ class Clock:
     ) -> Clock:
         """Prepare ``phase``, shape (n,), with relative variances, shape (n,), one where not given.
 
-        The stiffness over each interval, shape (n - 1,), is one where it is not given, and the jump zero.
+        The stiffness over each interval, shape (n - 1,), is one where it is not given, and the jump zero. The
+        feedback of a law is that of each interval, shape (n - 1, 2, 2), from
+        :func:`friction_bayes.statespace.response.feedback_steps`; the identity where left out.
 
         Raises
         ------
@@ -181,7 +183,9 @@ class Clock:
                 f"shape {variance.shape}, least {np.min(variance, initial=np.inf):g}",
                 "give a positive number for every sample",
             )
-        return cls(phase, *distinct_steps(phase, stiffness, jump), variance, feedback=feedback)
+        change = np.empty((0, 2, 2)) if feedback is None else feedback
+        acts = np.flatnonzero(np.max(np.abs(change - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
+        return cls(phase, *distinct_steps(phase, stiffness, jump), variance, acts, change[acts])
 
     @property
     def even(self) -> bool:
@@ -191,8 +195,8 @@ class Clock:
     @property
     def error_steps(self) -> ErrorSteps:
         """The sensor's error over the steps of :meth:`forced_steps`."""
-        steps, square = np.concatenate([self.steps, self.steps[self.index[self._acts]]]), self.error.ratio**2
-        decays = np.exp(-steps / self.error.tau)
+        distinct, square = np.exp(-self.steps / self.error.tau), self.error.ratio**2
+        decays = np.concatenate([distinct, distinct[self.index[self.acts]]])
         return ErrorSteps(decays, square * (1.0 - decays * decays), square)
 
     def forced_steps(self, ratio: float, tau: float) -> ForcedSteps:
@@ -207,21 +211,12 @@ class Clock:
         if jumping.any():
             of_jump = self.jump[jumping] ** 2 / covariances[jumping, 2, 2]
             added[jumping] += of_jump[:, None, None] * covariances[jumping]
-        acts = self._acts
-        if acts.size == 0:
+        if self.acts.size == 0:
             return ForcedSteps(self.index, transitions, added, ratio * ratio)
-        assert self.feedback is not None
         index = self.index.copy()
-        index[acts] = self.steps.size + np.arange(acts.size)
-        transitions, added = _with_law(self.feedback[acts], self.index[acts], transitions, added)
+        index[self.acts] = self.steps.size + np.arange(self.acts.size)
+        transitions, added = _with_law(self.feedback, self.index[self.acts], transitions, added)
         return ForcedSteps(index, transitions, added, ratio * ratio)
-
-    @cached_property
-    def _acts(self) -> Indices:
-        """Intervals in which the forces of a law change a perturbation."""
-        if self.feedback is None:
-            return np.zeros(0, np.intp)
-        return np.flatnonzero(np.max(np.abs(self.feedback - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
 
 
 @dataclass(frozen=True, eq=False)

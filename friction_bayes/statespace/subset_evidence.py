@@ -28,7 +28,7 @@ from friction_bayes.core.arrays import Array, Indices, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.cholesky import factor, forward
 from friction_bayes.statespace.kalman import Whitened
-from friction_bayes.statespace.positive_orthant import confine
+from friction_bayes.statespace.positive_orthant import VECTORS, confine, confine_all
 
 __all__ = [
     "NestedSets",
@@ -99,15 +99,27 @@ class NestedSets(NamedTuple):
     ----------
     columns : ndarray of int, shape (p,)
         The columns as they are eliminated.
-    inside : ndarray of bool, shape (m, p)
-        Which of these each set holds.
     order : ndarray of int, shape (m,)
         Of the sets: those that begin alike follow each other.
+    inside : ndarray of bool, shape (m, p)
+        Which of these columns each set holds, in this order of the sets.
+    first : ndarray of int, shape (m,)
+        The first of these columns in which each differs from the one before it; zero for the first set, p for
+        one that is the same.
     """
 
     columns: Indices
-    inside: Mask
     order: Indices
+    inside: Mask
+    first: Indices
+
+    @classmethod
+    def of(cls, sets: Mask, columns: Indices, order: Indices) -> NestedSets:
+        """These sets, shape (m, p), in an order."""
+        inside = sets[order[:, None], columns]
+        differ = np.ones((len(sets), columns.size + 1), np.bool_)
+        differ[1:, :-1] = inside[1:] != inside[:-1]
+        return cls(columns, order, _read_only(inside), differ.argmax(axis=1))
 
 
 class _Regression(NamedTuple):
@@ -137,8 +149,7 @@ def nest(sets: Mask) -> NestedSets:
     share = sets.mean(axis=0)
     often = share >= _OFTEN
     columns = np.lexsort((np.where(often, -share, share), ~often))
-    inside = np.ascontiguousarray(sets[:, columns])
-    return NestedSets(columns, _read_only(inside), np.lexsort(np.packbits(inside, axis=1).T[::-1]))
+    return NestedSets.of(sets, columns, np.lexsort(np.packbits(sets[:, columns], axis=1).T[::-1]))
 
 
 def _read_only(array: _Values) -> _Values:
@@ -244,7 +255,7 @@ def bound_sets(
     """
     full = max(full_noise2(whitened), least_noise2) if lam is None else lam
     if nested is None:
-        nested = NestedSets(np.arange(reference.size), _read_only(sets), np.arange(len(sets)))
+        nested = NestedSets.of(sets, np.arange(reference.size), np.arange(len(sets)))
     columns = nested.columns
     place = np.append(columns, reference.size)
     gram = whitened.gram[np.ix_(place, place)]
@@ -316,13 +327,13 @@ def _bound_sets(
 ) -> tuple[Array, Array]:
     """Bounds and noise variances, from the sums after elimination of a set's columns in turn.
 
-    A set begins where it differs from the one before it in ``order``. Step ``k`` takes column ``column[k]``
+    A set begins where it differs from the one before it. Step ``k`` takes column ``column[k]``
     into the set, or, where the set lacks it, what the reference has of it back into the record. The arrays
     hold what is known after so many steps; the sums themselves only after ``known``, since the last column
     of a set is rarely the last but one of the next.
     """
     gram, log_determinant, used, reference, positive = regression
-    sets, order = nested.inside, nested.order
+    _, order, sets, begins = nested
     m, p = sets.shape
     left = np.empty((p + 1, p + 1, p + 1))
     for a in range(p + 1):
@@ -332,21 +343,20 @@ def _bound_sets(
     square, log_factor, size, confined = np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1)
     square[0] = gram[p, p]
     bound, noise2 = np.empty(m), np.empty(m)
-    known, last = 0, order[0]
-    for s in order:
-        first = 0
-        while first < p and s != last and sets[s, first] == sets[last, first]:
-            first += 1
+    share = np.empty(p)
+    known = 0
+    for i in range(m):
+        s, first = order[i], begins[i]
         k = steps[first]
         known = min(known, k)
         for j in range(first, p):
             steps[j] = k
-            if sets[s, j] or reference[j] != 0.0:
+            if sets[i, j] or reference[j] != 0.0:
                 if known < k:
-                    _take_step(left[k - 1], left[k], column[k - 1], sets[s, column[k - 1]], reference, lam)
+                    _take_step(left, k, column[k - 1], sets[i, column[k - 1]], reference, lam, share)
                     known = k
                 own, shared = left[k, j, j], left[k, j, p]
-                if sets[s, j]:
+                if sets[i, j]:
                     own += lam
                     shared -= lam * reference[j]
                     square[k + 1] = square[k] + lam * reference[j] ** 2 - shared * shared / max(own, _LEAST)
@@ -358,7 +368,6 @@ def _bound_sets(
                 column[k] = j
                 k += 1
         steps[p] = k
-        last = s
         total = max(square[k], _LEAST)
         noise2[s] = max(total / used, least_noise2)
         bound[s] = log_prior[s] - 0.5 * log_determinant
@@ -368,16 +377,21 @@ def _bound_sets(
 
 
 @njit(**INNER)
-def _take_step(before: Array, after: Array, j: int, taken: bool, reference: Array, lam: float) -> None:
-    """Fill the remaining sums of the columns after ``j``, and of the record with them."""
+def _take_step(
+    left: Array, k: int, j: int, taken: bool, reference: Array, lam: float, share: Array
+) -> None:
+    """Fill the remaining sums after step ``k`` of the columns after ``j``, and of the record with them."""
     p = reference.size
-    pivot = max(before[j, j] + lam, _LEAST)
-    weight = (lam * reference[j] - before[j, p]) / pivot if taken else reference[j]
+    pivot = max(left[k - 1, j, j] + lam, _LEAST)
+    weight = (lam * reference[j] - left[k - 1, j, p]) / pivot if taken else reference[j]
     for a in range(j + 1, p):
-        share = before[j, a] / pivot if taken else 0.0
+        share[a] = left[k - 1, j, a] / pivot if taken else 0.0
+        left[k, a, p] = left[k - 1, a, p] + weight * left[k - 1, j, a]
+    shared = left[k - 1, j]
+    for a in range(j + 1, p):
+        before, after, part = left[k - 1, a], left[k, a], share[a]
         for b in range(a, p):
-            after[a, b] = before[a, b] - share * before[j, b]
-        after[a, p] = before[a, p] + weight * before[j, a]
+            after[b] = before[b] - part * shared[b]
 
 
 @njit(**INNER)
@@ -424,7 +438,8 @@ def _evaluate_sets(
     p = reference.size
     work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
     index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
-    root = np.empty((p, p))
+    root, mean, cov = np.empty((p, p)), np.empty(p), np.empty((p, p))
+    every, where, spread, room = np.arange(p), np.empty(p), np.empty(p), np.empty((2 * p + VECTORS, p))
     log_weight = bound - _LEFT_OUT
     # the mass is at most one: it is computed where it matters
     for s in order:
@@ -439,7 +454,6 @@ def _evaluate_sets(
                 _inverse_column(work, size, a, root[some])
                 chosen[some] = a
                 some += 1
-        mean, cov = np.empty(some), np.empty((some, some))
         for i in range(some):
             mean[i] = reference[index[chosen[i]]]
             for k in range(chosen[i], size):
@@ -449,7 +463,7 @@ def _evaluate_sets(
                 for k in range(chosen[i], size):
                     total += root[i, k] * root[j, k]
                 cov[i, j] = cov[j, i] = total * noise2[s]
-        log_weight[s] = bound[s] + confine(mean, cov, np.ones(some, np.bool_), np.empty(some), np.empty(some))
+        log_weight[s] = bound[s] + confine_all(some, mean, cov, every[:some], where, spread, room)
         best = max(best, log_weight[s])
     return log_weight
 

@@ -457,7 +457,7 @@ def test_sets_have_the_same_evidence_in_any_order(rng) -> None:
     whitened = whiten(block, Clock.of(np.arange(100.0)), sensor_row(0), 0.0, 1.0)
     sets = rng.permutation(all_sets(np.arange(9) < 1))
     sets[17] = sets[3]
-    in_turn = nest(sets).inside[nest(sets).order]
+    in_turn = nest(sets).inside
     shared = (in_turn[1:] == in_turn[:-1]).cumprod(axis=1).sum(axis=1)
     assert shared.mean() > 6.5
     positive, none = np.arange(9) > 6, np.zeros(len(sets))
