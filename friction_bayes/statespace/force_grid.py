@@ -242,7 +242,7 @@ class _Density:
             found = self.problem.evaluate(ratio, tau)
             noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
             log_prior = self.prior.log_density(ratio * noise, tau)
-            self.known[key] = float(np.logaddexp.reduce(found.log_weight)) + log_prior, log_prior, found
+            self.known[key] = found.log_total + log_prior, log_prior, found
         return self.known[key][0]
 
     def place(self, force: GridPoint) -> Array:

@@ -211,8 +211,17 @@ class Problem:
         left = self._eliminated(grams, 0, self._full_noise2(grams, used))
         return Whitened(left.gram, log_determinant + left.log_determinant, used)
 
+    @cached_property
+    def _known(self) -> dict[tuple[float, float], SetEvidences]:
+        return {}
+
     def evaluate(self, ratio: float, tau: float) -> SetEvidences:
-        """Weights of all sets given the common ``q / sigma`` and ``tau``."""
+        """Weights of all sets given the common ``q / sigma`` and ``tau``, remembered."""
+        if (ratio, tau) not in self._known:
+            self._known[ratio, tau] = self._evaluated(ratio, tau)
+        return self._known[ratio, tau]
+
+    def _evaluated(self, ratio: float, tau: float) -> SetEvidences:
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
         positive, reference = self.positive[self.shared], self.reference

@@ -91,6 +91,12 @@ class SetEvidences(NamedTuple):
     noise2: Array
     full_noise2: float
 
+    @property
+    def log_total(self) -> float:
+        """Logarithm of the sum of the weights, to which the sets that were left out add nothing."""
+        counts = self.log_weight > self.log_weight.max() - _LEFT_OUT
+        return float(np.logaddexp.reduce(self.log_weight[counts]))
+
 
 class NestedSets(NamedTuple):
     """Sets of columns in the order that is fastest for :func:`bound_sets`.
@@ -114,10 +120,9 @@ class NestedSets(NamedTuple):
     first: Indices
 
     @classmethod
-    def of(cls, sets: Mask, columns: Indices, order: Indices) -> NestedSets:
-        """These sets, shape (m, p), in an order."""
-        inside = sets[order[:, None], columns]
-        differ = np.ones((len(sets), columns.size + 1), np.bool_)
+    def of(cls, columns: Indices, order: Indices, inside: Mask) -> NestedSets:
+        """From the other fields."""
+        differ = np.ones((len(order), columns.size + 1), np.bool_)
         differ[1:, :-1] = inside[1:] != inside[:-1]
         return cls(columns, order, _read_only(inside), differ.argmax(axis=1))
 
@@ -149,7 +154,9 @@ def nest(sets: Mask) -> NestedSets:
     share = sets.mean(axis=0)
     often = share >= _OFTEN
     columns = np.lexsort((np.where(often, -share, share), ~often))
-    return NestedSets.of(sets, columns, np.lexsort(np.packbits(sets[:, columns], axis=1).T[::-1]))
+    inside = sets[:, columns]
+    order = np.lexsort(np.packbits(inside, axis=1).T[::-1])
+    return NestedSets.of(columns, order, inside[order])
 
 
 def _read_only(array: _Values) -> _Values:
@@ -255,7 +262,7 @@ def bound_sets(
     """
     full = max(full_noise2(whitened), least_noise2) if lam is None else lam
     if nested is None:
-        nested = NestedSets.of(sets, np.arange(reference.size), np.arange(len(sets)))
+        nested = NestedSets.of(np.arange(reference.size), np.arange(len(sets)), sets)
     columns = nested.columns
     place = np.append(columns, reference.size)
     gram = whitened.gram[np.ix_(place, place)]
@@ -299,9 +306,15 @@ def evaluate_bounded(
     best : float
         Log weight of a set that is not among these, compared with which they may not matter.
     """
-    order = np.argsort(-bounds.log_weight)
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
-    log_weight = _evaluate_sets(regression, _read_only(sets), order, bounds, best)
+    sets, bound, log_weight = _read_only(sets), bounds.log_weight, bounds.log_weight - _LEFT_OUT
+    highest = np.array([bound.argmax()])
+    best = _evaluate_sets(regression, sets, highest, bounds, best, log_weight)
+    # few are left to sort once one is known
+    others = np.flatnonzero(bound >= best - _NEGLIGIBLE)
+    others = others[others != highest]
+    if others.size > 0:
+        _evaluate_sets(regression, sets, others[np.argsort(-bound[others])], bounds, best, log_weight)
     return SetEvidences(log_weight, bounds.noise2, bounds.full_noise2)
 
 
@@ -430,9 +443,12 @@ def _penalised(
 
 @njit(**KERNEL)
 def _evaluate_sets(
-    regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float
-) -> Array:
-    """Log weights: bounds and the mass of positive coefficients. ``order`` is that of falling bounds."""
+    regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float, log_weight: Array
+) -> float:
+    """Fill log weights, bounds and the mass of positive coefficients, in the ``order`` of falling bounds.
+
+    Returns the best.
+    """
     gram, reference, positive = regression.gram, regression.reference, regression.positive
     bound, noise2, lam = bounds
     p = reference.size
@@ -440,7 +456,6 @@ def _evaluate_sets(
     index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
     root, mean, cov = np.empty((p, p)), np.empty(p), np.empty((p, p))
     every, where, spread, room = np.arange(p), np.empty(p), np.empty(p), np.empty((2 * p + VECTORS, p))
-    log_weight = bound - _LEFT_OUT
     # the mass is at most one: it is computed where it matters
     for s in order:
         if bound[s] < best - _NEGLIGIBLE:
@@ -465,7 +480,7 @@ def _evaluate_sets(
                 cov[i, j] = cov[j, i] = total * noise2[s]
         log_weight[s] = bound[s] + confine_all(some, mean, cov, every[:some], where, spread, room)
         best = max(best, log_weight[s])
-    return log_weight
+    return best
 
 
 @njit(**INNER)

@@ -12,7 +12,6 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.infer.moving_record import LawAlongMotion
 from friction_bayes.statespace.force_grid import Posterior
-from friction_bayes.statespace.problem import Problem
 
 __all__ = ["better_but_impossible", "impossible", "integrate_possible"]
 
@@ -43,9 +42,8 @@ def integrate_possible(
         while better.any():
             # sets that are then the best there are removed at once: integrating again is costly
             found, best = found.without(better), posterior.best
-            problem = Problem.of(found.regression)
-            again = replace(best, found=problem.evaluate(best.ratio, best.tau))
-            better = better_but_impossible(found, Posterior(problem, [again]))
+            again = replace(best, found=found.problem.evaluate(best.ratio, best.tau))
+            better = better_but_impossible(found, Posterior(found.problem, [again]))
         posterior = integrated(found)
     return found, posterior
 

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from friction_bayes.mechanics.pendulum import frequency_ratio
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import Feedback, feedback_steps
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
@@ -58,7 +59,8 @@ def along_motion(effect: Effect, scales: Scales) -> bool:
     return isinstance(effect, SensorEffect) and effect.is_linear(scales)
 
 
-class LawAlongMotion(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class LawAlongMotion:
     """A law along a motion.
 
     Attributes
@@ -79,10 +81,15 @@ class LawAlongMotion(NamedTuple):
     regression: LawRegression
     prior: ForcePrior
 
+    @cached_property
+    def problem(self) -> Problem:
+        """The regression of this record alone."""
+        return Problem.of(self.regression)
+
     def without(self, sets: Mask) -> LawAlongMotion:
         """The same without the sets, ``sets`` of shape (m,), which have no prior probability then."""
         log_prior = np.where(sets, -np.inf, self.regression.log_prior)
-        return self._replace(regression=replace(self.regression, log_prior=log_prior))
+        return replace(self, regression=replace(self.regression, log_prior=log_prior))
 
     @property
     def determined(self) -> bool:

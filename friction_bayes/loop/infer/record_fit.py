@@ -264,7 +264,7 @@ def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
     record, found = last.whole.setting_aside(last.ceiling), last.found
     while True:
         regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers, allowed)
-        best = found._replace(regression=regression)
+        best = replace(found, regression=regression)
         better = better_but_impossible(best, posterior)
         if not better.any():
             return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise)

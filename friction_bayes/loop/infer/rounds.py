@@ -32,7 +32,6 @@ from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, out
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
 
@@ -137,8 +136,7 @@ class Round:
         prior = self.found.prior.without_force if self.alone else self.found.prior
 
         def integrated(found: LawAlongMotion) -> Posterior:
-            problem = Problem.of(found.regression)
-            return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
+            return integrate(found.problem, prior, self.motion.noise, near=self.near, only_mode=True)
 
         return integrate_possible(self.found, integrated)[1]
 

@@ -165,10 +165,11 @@ def _given_samples(
     record: MovingRecord, along: LawAlongMotion, allowed: Sequence[str], *, contaminated: bool
 ) -> list[_Evaluated]:
     """Noise of one size and noise that grows on the samples that a record uses."""
-    clock = record.clock_along(along.path, along.law.feedback, along.w0)
-    along = along._replace(regression=replace(along.regression, clock=clock))
+    if not np.array_equal(record.variance, along.regression.clock.variance):
+        clock = record.clock_along(along.path, along.law.feedback, along.w0)
+        along = replace(along, regression=replace(along.regression, clock=clock))
     regression = along.regression
-    posterior = integrate(Problem.of(regression), along.prior, regression.motion.noise)
+    posterior = integrate(along.problem, along.prior, regression.motion.noise)
     left = LeftOut.under(
         record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
     )

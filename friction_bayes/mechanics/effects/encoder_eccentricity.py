@@ -27,8 +27,9 @@ def _prior(n: int) -> Callable[[Scales], Prior]:
 
 
 def _distort(signal: Array, time: Array, *coefficients: float) -> Array:
-    waves = (wave(n * signal) for n in range(1, TERMS + 1) for wave in (np.sin, np.cos))
-    return signal + sum(a * wave for a, wave in zip(coefficients, waves, strict=True))
+    waves = ((n, wave) for n in range(1, TERMS + 1) for wave in (np.sin, np.cos))
+    # most often one of them alone is asked for
+    return signal + sum(a * wave(n * signal) for a, (n, wave) in zip(coefficients, waves, strict=True) if a)
 
 
 ENCODER_ECCENTRICITY = SensorEffect(
