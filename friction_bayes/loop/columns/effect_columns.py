@@ -40,6 +40,8 @@ NUDGE = 1e-4
 """Share of the swing over which a force, or a sensor effect, is differenced."""
 PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
 """Values of a parameter that shapes a term at which it is evaluated first, as normal scores of its prior."""
+_SOME = 1000
+"""Nodes of a path, at least, by which the coefficients of an effect are recognised."""
 _SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
 """The same for a prior that begins at zero; friction is the same with twice as many."""
 
@@ -215,7 +217,9 @@ def force_columns(
         )
         return evaluator.at({name: values}, points, friction=friction * evaluator.friction)
 
-    nodes, coefficients = path.nodes, [first]
+    # what kind of force it is shows in a part of them
+    some = slice(None, None, max(path.node_phase.size // _SOME, 1))
+    nodes, coefficients = Points(*(each[some] for each in path.nodes)), [first]
     coefficients += [c for c in others if acting(nodes, which=c, value=c.prior.scale).any()]
     size = first.prior.scale
     base = acting(nodes, which=first, value=size)
