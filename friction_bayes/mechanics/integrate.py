@@ -115,17 +115,19 @@ def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration,
 
 
 @njit(**INNER_OF_A_FUNCTION)
-def _along(force, time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-    out = np.empty(time.size)
-    for i in range(time.size):
-        out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
+def _along(force, phase, x, v, direction, w0, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+    out = np.empty(phase.size)
+    unit = mass * w0**2
+    for i in range(phase.size):
+        time, rate = phase[i] / w0, v[i] * w0
+        out[i] = -force(time, x[i], rate, direction[i], friction, duration, mass, stiffness, p) / unit
     return out
 
 
 @njit(**KERNEL)
-def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+def _built_in_along(phase, x, v, direction, w0, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
     p = _as_tuple(p, _BUILT_IN_PARAMETERS)
-    return _along(_built_in_force, time, x, v, direction, friction, duration, mass, stiffness, p)
+    return _along(_built_in_force, phase, x, v, direction, w0, friction, duration, mass, stiffness, p)
 
 
 @njit(**KERNEL)
@@ -196,9 +198,10 @@ def propagator(names: Sequence[str] = ()) -> Callable[..., Any]:
 def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:
     """Return the function that evaluates the forces of effects along a motion.
 
-    It takes times, displacements, velocities and directions of shape (n,), then friction, duration, mass,
-    stiffness and the parameter vector as :func:`propagate` does, and returns the sum of the effects' forces
-    on the side of the restoring force, shape (n,); Coulomb friction itself is not part of it.
+    It takes times ``w0 t`` from the start of the record, displacements, velocities ``v / w0`` and directions
+    of shape (n,), the frequency ``w0``, then friction, duration, mass, stiffness and the parameter vector as
+    :func:`propagate` does, and returns the sum of the effects' forces on the side of the motion's own
+    acceleration, shape (n,), over ``mass w0**2``; Coulomb friction itself is not part of it.
 
     Parameters
     ----------
@@ -219,9 +222,9 @@ def _compiled_along(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
     force, parameters = _total_force(effects), sum(len(effect.parameters) for effect in effects)
 
     @njit(nogil=True)
-    def along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+    def along(phase, x, v, direction, w0, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         p = _as_tuple(p, parameters)
-        return _along(force, time, x, v, direction, friction, duration, mass, stiffness, p)
+        return _along(force, phase, x, v, direction, w0, friction, duration, mass, stiffness, p)
 
     return along
 

@@ -15,18 +15,14 @@ _LEAST_PIVOT = 1e-300
 
 
 @njit(**KERNEL)
-def factor(a: Array, size: int) -> float:
-    """Cholesky in place, lower triangle; returns the log determinant."""
+def factor(a: Array, size: int) -> None:
+    """Cholesky in place, lower triangle."""
     for i in range(size):
         for j in range(i + 1):
             total = a[i, j]
             for k in range(j):
                 total -= a[i, k] * a[j, k]
             a[i, j] = math.sqrt(max(total, _LEAST_PIVOT)) if i == j else total / a[j, j]
-    log_determinant = 0.0
-    for i in range(size):
-        log_determinant += 2.0 * math.log(a[i, i])
-    return log_determinant
 
 
 @njit(**INNER)

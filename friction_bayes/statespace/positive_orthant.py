@@ -132,8 +132,8 @@ def confine_all(
         cavity = 1.0 / cavity_precision
         centre = cavity * (mu[i] / sigma[i, i] - shift[i])
         location[i], scale2[i] = centre, cavity
-        most = min(most, cut_moments(mean[i], cov[i, i])[0])
-        log_mass += cut_moments(centre, cavity)[0] + 0.5 * math.log1p(tilt[i] * cavity)
+        most = min(most, log_normal_mass(mean[i] / math.sqrt(cov[i, i])))
+        log_mass += log_normal_mass(centre / math.sqrt(cavity)) + 0.5 * math.log1p(tilt[i] * cavity)
         total = centre * cavity_precision + shift[i]
         log_mass -= 0.5 * (total**2 / (cavity_precision + tilt[i]) - centre**2 * cavity_precision)
     log_mass += _log_integral(mean, cov, chosen, tilt, shift, inner, room[2 * q + 4], room[2 * q + 5])
@@ -181,5 +181,9 @@ def _log_integral(
         inner[a, a] += 1.0
         right[a] = math.sqrt(tilt[i]) * shifted
         log_value += 0.5 * shift[i] * (mean[i] + shifted)
-    log_value -= 0.5 * factor(inner, some)
+    factor(inner, some)
+    log_determinant = 0.0
+    for a in range(some):
+        log_determinant += 2.0 * math.log(inner[a, a])
+    log_value -= 0.5 * log_determinant
     return log_value - 0.5 * forward(inner, right, some, half)

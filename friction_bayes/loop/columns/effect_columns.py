@@ -156,17 +156,18 @@ class ForceEvaluator:
     ) -> Array:
         """Forces, on the side of the motion's own acceleration, shape (m,)."""
         force = force_along(tuple(values))(
-            (points.phase - self.origin) / self.w0,
+            points.phase - self.origin,
             np.ascontiguousarray(points.x),
-            np.ascontiguousarray(points.v) * self.w0,
+            np.ascontiguousarray(points.v),
             np.ascontiguousarray(points.direction, dtype=np.float64),
+            self.w0,
             self.friction if friction is None else friction,
             self.duration,
             self.mass,
             self.stiffness,
             force_vector(values),
         )
-        return -np.asarray(force) / self.unit_force
+        return np.asarray(force)
 
     @property
     def unit_force(self) -> float:
