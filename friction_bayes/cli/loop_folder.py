@@ -21,7 +21,7 @@ __all__ = ["write_draws", "write_loop"]
 
 
 def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str, Any], folder: Path) -> None:
-    """Write ``report.json``, ``posterior.nc``, the figures as PNG and SVG, and ``report.html``.
+    """Write ``report.json``, ``posterior.nc``, the figures as SVG, and ``report.html``.
 
     Parameters
     ----------
@@ -41,11 +41,9 @@ def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str,
         figures |= figures_of_draws(report.posterior.children["reference"])
     else:
         write_draws(report.posterior, folder / "posterior.nc")
-    drawings = {}
-    for name, figure in figures.items():
-        for kind, content in figure_files(figure, ("png", "svg")).items():
-            (folder / f"{name}.{kind}").write_bytes(content)
-            drawings[name] = content
+    drawings = {name: figure_files(figure, ("svg",))["svg"] for name, figure in figures.items()}
+    for name, drawing in drawings.items():
+        (folder / f"{name}.svg").write_bytes(drawing)
     page = loop_page(result, [trace.name for trace in report.traces], drawings, made)
     (folder / "report.html").write_text(page, encoding="utf-8")
 

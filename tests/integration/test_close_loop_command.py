@@ -184,7 +184,7 @@ def test_same_seed_same_bits(
     again.pop("elapsed_s")
     first.pop("elapsed_s")
     assert again == first
-    for name in ("report.html", "signal.png", "candidates.svg"):
+    for name in ("report.html", "signal.svg", "candidates.svg"):
         assert (tmp_path / "again" / name).read_bytes() == (closed / name).read_bytes()
 
 
