@@ -28,10 +28,10 @@ _FAR = -30.0
 """Standard deviations below which asymptotic series are closer than differences of rounded numbers."""
 _SWEEPS = 30
 _CONVERGED = 1e-7
-VECTORS = 6
-"""Vectors in the room that :func:`confine_all` works in."""
 _ROUNDING = 1e-16
 """Share of a variance below which the part remaining after a constraint is lost in rounding."""
+VECTORS = 6
+"""In the room that :func:`confine_all` works in."""
 
 
 @njit(**KERNEL)
@@ -83,12 +83,17 @@ def confine_all(
 ) -> float:
     """:func:`confine` of the first ``p`` components, ``chosen`` those that have to be positive.
 
-    In ``room``, shape (2 q + VECTORS, q) for the most components, it works: arrays of its own would take a
-    third of the time.
+    It works in ``room``, shape (2 q + VECTORS, q) with q not below p: new arrays for every set would take a
+    fifth of the time.
     """
     q = room.shape[1]
     sigma, inner, mu, tilt, shift, column = (
-        room[:q], room[q : 2 * q], room[2 * q], room[2 * q + 1], room[2 * q + 2], room[2 * q + 3],
+        room[:q],
+        room[q : 2 * q],
+        room[2 * q],
+        room[2 * q + 1],
+        room[2 * q + 2],
+        room[2 * q + 3],
     )
     for a in range(p):
         mu[a], tilt[a], shift[a] = mean[a], 0.0, 0.0

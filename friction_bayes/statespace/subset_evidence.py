@@ -390,9 +390,7 @@ def _bound_sets(
 
 
 @njit(**INNER)
-def _take_step(
-    left: Array, k: int, j: int, taken: bool, reference: Array, lam: float, share: Array
-) -> None:
+def _take_step(left: Array, k: int, j: int, taken: bool, reference: Array, lam: float, share: Array) -> None:
     """Fill the remaining sums after step ``k`` of the columns after ``j``, and of the record with them."""
     p = reference.size
     pivot = max(left[k - 1, j, j] + lam, _LEAST)
