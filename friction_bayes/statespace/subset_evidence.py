@@ -188,10 +188,10 @@ def set_posterior(
         Noise variance with all columns, in units of which the prior precision is one, and in the set.
     """
     mine = np.flatnonzero(columns)
-    absent = gram[np.ix_(mine, np.flatnonzero(~columns))] @ reference[~columns]
+    absent = gram[mine[:, None], np.flatnonzero(~columns)] @ reference[~columns]
     right = gram[mine, -1] - lam * reference[mine] + absent
     both = solved(
-        gram[np.ix_(mine, mine)] + lam * np.eye(mine.size), np.column_stack([np.eye(mine.size), right])
+        gram[mine[:, None], mine] + lam * np.eye(mine.size), np.column_stack([np.eye(mine.size), right])
     )
     covariance = both[:, :-1]
     return reference[mine] + both[:, -1], noise2 * 0.5 * (covariance + covariance.T)
