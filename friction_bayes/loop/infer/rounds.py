@@ -138,7 +138,7 @@ class Round:
 
         def integrated(found: LawAlongMotion) -> Posterior:
             problem = Problem.of(found.regression)
-            return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
+            return integrate(problem, prior, near=self.near, only_mode=True)
 
         return integrate_possible(self.found, integrated)[1]
 

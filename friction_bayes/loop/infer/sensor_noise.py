@@ -140,7 +140,7 @@ def evaluate_sensor_noise(
     best, white = evaluated[chosen], evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
-        posterior = integrate(Problem.of(best.regression), along.prior, posterior.best.noise)
+        posterior = integrate(Problem.of(best.regression), along.prior)
     noise = SensorNoise(
         hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in evaluated),
         chosen=chosen,
@@ -168,7 +168,7 @@ def _given_samples(
     clock = record.clock_along(along.path, along.law.feedback, along.w0)
     along = along._replace(regression=replace(along.regression, clock=clock))
     regression = along.regression
-    posterior = integrate(Problem.of(regression), along.prior, regression.motion.noise)
+    posterior = integrate(Problem.of(regression), along.prior)
     left = LeftOut.under(
         record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
     )
