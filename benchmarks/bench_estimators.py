@@ -118,7 +118,7 @@ class RandomForce:
             stiffness=3,
             motion=self.motion,
         )
-        return integrate(Problem.of(regression), ForcePrior(centre=1e-3), self.motion.noise)
+        return integrate(Problem.of(regression), ForcePrior(centre=1e-3))
 
 
 class Loop:

@@ -33,7 +33,8 @@ from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.moving_record import force_prior
 from friction_bayes.loop.settings import SETTINGS
 from friction_bayes.mechanics.effects import BUILT_IN, EFFECTS, Scales
-from friction_bayes.mechanics.effects.inclusion import INCLUSION
+from friction_bayes.mechanics.effects.inclusion import EXPECTED
+from friction_bayes.statespace.force_prior import ForcePrior
 
 __all__ = [
     "NAMES",
@@ -206,9 +207,14 @@ def offered(setting: Setting) -> tuple[str, ...]:
 
 
 def draw_effects(names: Collection[str], rng: np.random.Generator) -> tuple[str, ...]:
-    """Draw which effects act, each with its prior probability, until the loop might form the set."""
+    """Draw which effects act, all with one unknown probability, until the loop might form the set.
+
+    A random force has a probability of its own.
+    """
     while True:
-        chosen = tuple(name for name in names if rng.random() < INCLUSION)
+        act = rng.beta(1.0, len(NAMES) / EXPECTED)
+        of_force = 1.0 - ForcePrior.none
+        chosen = tuple(name for name in names if rng.random() < (of_force if name == RANDOM_FORCE else act))
         counted = set(chosen) - SENSOR_ZERO - set(OF_LINES) - _OF_NOISE
         excluded = any(other in chosen for name in chosen for other in EFFECTS[name].excludes)
         if len(counted) <= SETTINGS.most_at_once and len(_BENDS_FRICTION & counted) < 2 and not excluded:

@@ -184,7 +184,6 @@ class Posterior:
 def integrate(
     problem: Problem,
     prior: ForcePrior,
-    noise: float,
     *,
     near: GridPoint | None = None,
     only_mode: bool = False,
@@ -200,8 +199,6 @@ def integrate(
         The regression.
     prior : ForcePrior
         Of the random force.
-    noise : float
-        First guess of the sensor noise sd, natural units.
     near : GridPoint, optional
         Where the mode of much the same problem was: a place to climb from, if none is better; where the mode
         will do it is climbed from at once.
@@ -218,7 +215,7 @@ def integrate(
         density(density.place(near))
         top = _climb(density, math.log(prior.tau_low), math.log(prior.tau_high))
         return Posterior(problem, [*points, density.point(top, 0.0)])
-    modes = _modes(density, noise, near)
+    modes = _modes(density, problem.noise_before, near)
     if only_mode:
         return Posterior(problem, [*points, density.point(modes[0].place, 0.0)])
     for mode in modes:

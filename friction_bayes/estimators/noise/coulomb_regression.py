@@ -317,7 +317,7 @@ class PreparedDecay:
     def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
         regression = laid.behind(filter_, self.natural(laid)).regression
-        law = integrate(Problem.of(regression), self.prior.without_force, regression.motion.noise).best_law()
+        law = integrate(Problem.of(regression), self.prior.without_force).best_law()
         motion, change = regression.motion, frequency_change(law[regression.stiffness])
         states = motion.states.copy()
         states[:, :2] = regression.states @ law + regression.known_states
@@ -334,7 +334,7 @@ class PreparedDecay:
         laid = self._along(motion, frequency).with_noise(least_noise)
         for _ in range(_MOST_ROUNDS):
             regression = laid.regression
-            guessed = integrate(Problem.of(regression), self.prior, regression.motion.noise, only_mode=True)
+            guessed = integrate(Problem.of(regression), self.prior, only_mode=True)
             law = guessed.best_law()
             change = frequency_change(law[regression.stiffness])
             frequency *= change

@@ -280,7 +280,7 @@ def _evaluated(
     laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False
 ) -> _Evaluated:
     regression = laid.regression
-    posterior = integrate(Problem.of(regression), prior, regression.motion.noise)
+    posterior = integrate(Problem.of(regression), prior)
     return _Evaluated(laid, posterior, log_prior, weaker_above)
 
 

@@ -18,7 +18,7 @@ from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.loop.settings import LoopSettings
 from friction_bayes.mechanics.effects import EFFECTS
-from friction_bayes.mechanics.effects.inclusion import INCLUSION
+from friction_bayes.mechanics.effects.inclusion import log_probability
 
 __all__ = ["ColumnSets", "column_sets"]
 
@@ -72,15 +72,17 @@ class _Sets(NamedTuple):
     ----------
     effects, columns
         As of :class:`ColumnSets`.
-    log_act, log_rub : ndarray, shape (m,)
-        Logarithm of the probability that these effects act and no other, and of dry friction or none.
+    acting : ndarray of int, shape (m,)
+        Number of effects that act.
+    log_rub : ndarray, shape (m,)
+        Logarithm of the probability of dry friction or none.
     shapes : ndarray of int, shape (m, effects at once)
         Places of the shapes that it has among those of all effects, in order; one beyond the last for none.
     """
 
     effects: tuple[frozenset[str], ...]
     columns: Mask
-    log_act: Array
+    acting: Indices
     log_rub: Array
     shapes: Indices
 
@@ -105,7 +107,7 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     logs = np.zeros(len(sets.effects))
     for places in sets.shapes.T:
         logs += shares[places]
-    logs = sets.log_act + logs + sets.log_rub
+    logs += log_probability(np.arange(len(effects) + 1), len(effects))[sets.acting] + sets.log_rub
     logs -= float(np.log(np.sum(np.exp(logs))))
     logs.flags.writeable = False
     return ColumnSets(sets.effects, sets.columns, logs)
@@ -127,14 +129,12 @@ def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
     found: list[frozenset[str]] = []
     columns: list[list[int]] = []
     places: list[tuple[int, ...]] = []
-    log_act: list[float] = []
     log_rub: list[float] = []
     for names in _named_sets(effects, known.most_at_once):
         bent = bends.intersection(names)
         if len(bent) > 1:
             continue
         together = frozenset(names)
-        act = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
         for choice in product(*(shapes[name] for name in names)):
             used = [*always, *chain.from_iterable(each for _, each in choice)]
             if bent:
@@ -143,17 +143,16 @@ def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
                 evaluated = [([*used, dry_friction], rubs), (used, idles)]
             else:
                 evaluated = [([*used, dry_friction], 0.0)]
-            for of_set, log_probability in evaluated:
+            for of_set, log_share in evaluated:
                 found.append(together)
                 columns.append(of_set)
                 places.append(tuple(place for place, _ in choice))
-                log_act.append(act)
-                log_rub.append(log_probability)
+                log_rub.append(log_share)
     masks = _filled(np.zeros((len(found), given.columns), np.bool_), columns)
     none, most = sum(map(len, given.shapes)), max(map(len, places))
     taken = np.full((len(found), most), none)
     taken[np.arange(most) < np.array([[len(own)] for own in places])] = list(chain.from_iterable(places))
-    return _Sets(tuple(found), masks, np.array(log_act), np.array(log_rub), taken)
+    return _Sets(tuple(found), masks, np.array([len(one) for one in found]), np.array(log_rub), taken)
 
 
 def _filled(masks: Mask, columns: Sequence[Sequence[int]]) -> Mask:

@@ -18,7 +18,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.mechanics.effects.inclusion import prior_log_odds
 from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["held_samples"]
@@ -46,7 +46,7 @@ def held_samples(decay: FreeDecay) -> int:
     misfits = [_misfit(_released(time - angle * at, order), values) for at in releases]
     best = int(np.argmin(misfits))
     gain = 0.5 * values.size * math.log((_misfit(in_motion, values) + least) / (misfits[best] + least))
-    return math.ceil(releases[best]) if gain + PRIOR_LOG_ODDS > math.log(longest) else 0
+    return math.ceil(releases[best]) if gain + prior_log_odds() > math.log(longest) else 0
 
 
 def _released(since: Array, order: int) -> Array:

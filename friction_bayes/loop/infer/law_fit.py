@@ -286,7 +286,7 @@ def _evaluated(
     prior = force_prior(friction)
     if not forced:
         prior = prior.without_force
-    posterior = integrate(problem, prior, problem.noise_before, only_mode=only_mode)
+    posterior = integrate(problem, prior, only_mode=only_mode)
     fits = tuple(
         force_fit(record, found, *each, one.sensor_noise)
         for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)

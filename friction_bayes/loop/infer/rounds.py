@@ -136,7 +136,7 @@ class Round:
         prior = self.found.prior.without_force if self.alone else self.found.prior
 
         def integrated(found: LawAlongMotion) -> Posterior:
-            return integrate(found.problem, prior, self.motion.noise, near=self.near, only_mode=True)
+            return integrate(found.problem, prior, near=self.near, only_mode=True)
 
         return integrate_possible(self.found, integrated)[1]
 

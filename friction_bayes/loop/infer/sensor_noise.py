@@ -22,7 +22,7 @@ from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_grow
 from friction_bayes.loop.noise.likelihood import NoiseFit
 from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
-from friction_bayes.mechanics.effects.inclusion import INCLUSION, PRIOR_LOG_ODDS
+from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.problem import Problem
@@ -88,8 +88,8 @@ class SensorNoise:
 
     def probabilities_in_one_of(self, records: int) -> dict[frozenset[str], float]:
         """The same in one of several records: that any of them has an effect is as probable as any effect."""
-        prior = math.log(math.expm1(-math.log1p(-INCLUSION) / records))
-        log_odds = [h.log_odds + len(h.effects) * (prior - PRIOR_LOG_ODDS) for h in self.hypotheses]
+        prior = math.log(math.expm1(-math.log1p(-inclusion()) / records))
+        log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.hypotheses]
         total = logsumexp(log_odds)
         return {h.effects: math.exp(each - total) for h, each in zip(self.hypotheses, log_odds, strict=True)}
 
@@ -140,7 +140,7 @@ def evaluate_sensor_noise(
     best, white = evaluated[chosen], evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
-        posterior = integrate(Problem.of(best.regression), along.prior, posterior.best.noise)
+        posterior = integrate(Problem.of(best.regression), along.prior)
     noise = SensorNoise(
         hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in evaluated),
         chosen=chosen,
@@ -169,12 +169,12 @@ def _given_samples(
         clock = record.clock_along(along.path, along.law.feedback, along.w0)
         along = replace(along, regression=replace(along.regression, clock=clock))
     regression = along.regression
-    posterior = integrate(along.problem, along.prior, regression.motion.noise)
+    posterior = integrate(along.problem, along.prior)
     left = LeftOut.under(
         record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
     )
     used = np.isfinite(record.variance)
-    log_factor = left.log_factor(used, outliers=contaminated) + (PRIOR_LOG_ODDS if contaminated else 0.0)
+    log_factor = left.log_factor(used, outliers=contaminated) + (prior_log_odds() if contaminated else 0.0)
     convention = log_convention(int(used.sum()), along.w0**record.segment.order)
     log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
     growth = _noise_growth(record, along, posterior, allowed)

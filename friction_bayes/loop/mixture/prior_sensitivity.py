@@ -6,7 +6,7 @@ Coefficients of effects are normal, scaled by the set-up. Were all priors :math:
 .. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
 
 (importance weights, Kallioinen et al., Stat. Comput. 34, 2024). With another prior probability of each
-effect, the weight of a draw with :math:`m` effects is the ratio of the odds to the power :math:`m`.
+effects, the weight of a draw is the ratio of those of its number of them.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ import numpy as np
 from scipy import special
 
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
-from friction_bayes.mechanics.effects.inclusion import INCLUSION, PRIOR_LOG_ODDS
+from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.inclusion import EXPECTED, log_probability
 
 __all__ = ["prior_sensitivity"]
 
 _FACTORS = (0.1, 10.0)
-_INCLUSIONS = {"inclusion_halved": 0.5 * INCLUSION, "inclusion_doubled": 2.0 * INCLUSION}
+_EXPECTED = {"inclusion_halved": 0.5 * EXPECTED, "inclusion_doubled": 2.0 * EXPECTED}
 _LEAST_DRAWS = 50.0
 """Effective number of draws below which no value is reported."""
 _LARGEST_ERROR = 0.1
@@ -33,8 +34,7 @@ _LARGEST_ERROR = 0.1
 def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:
     """Shift of friction's mean in its own standard deviations.
 
-    By the factor on the scale of the priors, and with half and twice the probability that each effect has
-    before the record.
+    By the factor on the scale of the priors, and with half and twice the number of effects expected.
 
     None where too few of the draws would count, or a few far ones too much: the posterior with those priors
     lies elsewhere. Nuisances too slight to show (:mod:`friction_bayes.loop.mixture.slight_effects`) keep
@@ -51,7 +51,10 @@ def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> 
     ratios = {
         f"{factor:g}": -draws.coefficients * math.log(factor) - 0.5 * draws.squares * (factor**-2 - 1.0)
         for factor in _FACTORS
-    } | {name: effects * (special.logit(p) - PRIOR_LOG_ODDS) for name, p in _INCLUSIONS.items()}
+    } | {
+        name: log_probability(effects, len(EFFECTS), expected) - log_probability(effects, len(EFFECTS))
+        for name, expected in _EXPECTED.items()
+    }
     sd = float(draws.friction.std(ddof=1))
     found: dict[str, float | None] = {}
     for name, log_ratio in ratios.items():

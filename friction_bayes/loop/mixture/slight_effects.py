@@ -39,7 +39,7 @@ from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.truncated_normal import log_interval_probability, truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
-from friction_bayes.mechanics.effects.inclusion import INCLUSION
+from friction_bayes.mechanics.effects.inclusion import inclusion
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
 __all__ = [
@@ -108,7 +108,7 @@ class SlightEffect:
         inside = log_interval_probability(ends[:, 0], ends[:, 1])
         log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
         bent = any(isinstance(EFFECTS[name], ForceEffect) for name in effects)
-        prior = INCLUSION if bent else settings.SETTINGS.nuisance
+        prior = inclusion() if bent else settings.SETTINGS.nuisance
         probability = float(expit(logit(prior) + log_bayes_factor))
         return cls(probability, mean, sd, low, high, follow)
 

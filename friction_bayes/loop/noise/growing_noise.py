@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import expit
 
 from friction_bayes.mechanics.effects import GrowingNoiseEffect, Prior
-from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.mechanics.effects.inclusion import prior_log_odds
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.kalman import Clock, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
@@ -64,7 +64,7 @@ class NoiseGrowth:
     @property
     def log_scale(self) -> float:
         """Logarithm of the factor from weights with ``clock`` to evidences without growth."""
-        return self.log_volume + PRIOR_LOG_ODDS - self.log_odds
+        return self.log_volume + prior_log_odds() - self.log_odds
 
     @property
     def found(self) -> bool:
@@ -143,7 +143,7 @@ def find_noise_growth(
     bend = (density(mode + _STENCIL) - 2.0 * top + density(mode - _STENCIL)) / _STENCIL**2
     log_sd = 1.0 / math.sqrt(max(-bend, 1.0 / prior.scale**2))
     log_evidence = top + 0.5 * math.log(2.0 * math.pi) + math.log(log_sd)
-    log_odds = PRIOR_LOG_ODDS + log_evidence - log_weight(clock, 1.0)[0]
+    log_odds = prior_log_odds() + log_evidence - log_weight(clock, 1.0)[0]
     ratio = math.exp(mode)
     given = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))[0]
     return NoiseGrowth(effect, log_odds, log_evidence - given, ratio, log_sd, clock_at(ratio))

@@ -46,10 +46,10 @@ def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
 
 
 def test_every_single_effect_is_evaluated(seed: int) -> None:
-    found = evaluated(long_decay(seed=seed))
+    (fit,) = evaluated(long_decay(seed=seed)).fit.fits
     # a line, outliers and clipped samples are there only where the record shows some
     for name in OFFERED[:7]:
-        assert frozenset({name}) in found.sets, name
+        assert frozenset({name}) in fit.sets.effects, name
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.ra
 def log_density(fit: ForceFit, error: SensorError) -> float:
     """Log posterior density of an error of the sensor and the best force for it, up to a constant."""
     regression = replace(fit.regression, clock=error.of(fit.clock, fit.w0))
-    best = integrate(Problem.of(regression), fit.prior, fit.motion.noise, only_mode=True)
+    best = integrate(Problem.of(regression), fit.prior, only_mode=True)
     return best.log_evidence - 0.125 * math.log(error.ratio) ** 2
 
 

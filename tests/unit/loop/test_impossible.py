@@ -69,7 +69,7 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     assert found is not None
 
     def integrated(law: LawAlongMotion) -> Posterior:
-        return integrate(Problem.of(law.regression), law.prior.without_force, motion.noise)
+        return integrate(Problem.of(law.regression), law.prior.without_force)
 
     def once_a_turn(law: Array) -> float:
         names = [column.parameter for column in found.law.columns]

@@ -9,6 +9,7 @@ import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from friction_bayes.loop.mixture.mixture import CandidateDraws
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
+from friction_bayes.mechanics.effects import EFFECTS
 
 ONE = (frozenset({"viscous_damping"}),)
 TWO = (frozenset[str](), frozenset({"viscous_damping"}))
@@ -62,8 +63,13 @@ def test_occam_factors_count() -> None:
     moved = prior_sensitivity(some, TWO)
     assert moved["10"] == pytest.approx((1.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     assert moved["0.1"] == pytest.approx((10.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
-    # prior odds of 1/9 become 1/19 and 2/8
-    for name, factor in (("inclusion_halved", 9.0 / 19.0), ("inclusion_doubled", 9.0 / 4.0)):
+    # one given effect of n against none: odds 1 / (2 n - 1), with half of them expected 1 / (3 n - 1)
+    n = len(EFFECTS)
+    odds = {
+        name: 1.0 / (others * n - 1)
+        for name, others in (("inclusion_halved", 3.0), ("inclusion_doubled", 1.5))
+    }
+    for name, factor in ((name, other * (2 * n - 1)) for name, other in odds.items()):
         assert moved[name] == pytest.approx((factor / (1.0 + factor) - 0.5) / 0.5, abs=1e-3)
 
 

@@ -14,7 +14,7 @@ import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from friction_bayes.loop import settings
 from friction_bayes.loop.mixture.slight_effects import SlightEffect, with_slight_effects
-from friction_bayes.mechanics.effects.inclusion import INCLUSION
+from friction_bayes.mechanics.effects.inclusion import inclusion
 
 
 @given(
@@ -51,7 +51,7 @@ def test_it_is_less_probable_with_another_force() -> None:
         for effects in ((), ("sensor_offset",), ("quadratic_drag",))
     )
     assert alone.probability == offset.probability
-    stated = (settings.SETTINGS.nuisance, INCLUSION)
+    stated = (settings.SETTINGS.nuisance, inclusion())
     ratio, expected = (
         one / (1.0 - one) * (1.0 - other) / other
         for one, other in ((alone.probability, drag.probability), stated)

@@ -55,8 +55,7 @@ def test_speed_tells_the_distance_from_the_turning_point() -> None:
     exact = with_memory(time)
     effect = np.abs(exact - plain.displacement).max()
     assert effect > 1e-3
-    # what is left out, the change of the pull over s0, is a few percent at the smallest amplitude
-    np.testing.assert_allclose(ours.displacement, exact, atol=0.05 * effect)
+    np.testing.assert_allclose(ours.displacement, exact, atol=1e-5 * effect)
 
 
 def test_half_periods_shorten_with_the_amplitude() -> None:

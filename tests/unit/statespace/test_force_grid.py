@@ -48,6 +48,7 @@ class Landscape:
     scale = np.ones(1)
     positive = np.zeros(1, np.bool_)
     sets = np.ones((1, 1), np.bool_)
+    noise_before = 1.0
 
     def __init__(self, height):
         self.height = height
@@ -79,7 +80,7 @@ def dense(height):
 
 @pytest.mark.parametrize("height", [one, two, two_of_which_the_later_is_better, at_the_longest_time])
 def test_evidence_and_mean_are_those_of_a_fine_grid(height):
-    posterior = integrate(Landscape(height), PRIOR, 1.0)
+    posterior = integrate(Landscape(height), PRIOR)
     evidence, mean = dense(height)
     found = posterior.log_evidence + math.log(posterior.probability)
     assert found == pytest.approx(evidence, abs=0.1)
@@ -87,6 +88,6 @@ def test_evidence_and_mean_are_those_of_a_fine_grid(height):
 
 
 def test_only_the_mode_is_the_better_of_two():
-    posterior = integrate(Landscape(two_of_which_the_later_is_better), PRIOR, 1.0, only_mode=True)
+    posterior = integrate(Landscape(two_of_which_the_later_is_better), PRIOR, only_mode=True)
     assert len(posterior.points) == 2
     assert math.log(posterior.best.tau) == pytest.approx(1.7, abs=0.3)

@@ -537,7 +537,7 @@ def problem_along_known_motion(rng: np.random.Generator, force_sd: float) -> tup
 def test_average_over_the_force(rng) -> None:
     problem, friction = problem_along_known_motion(rng, 3.0)
     prior = ForcePrior(centre=0.2 * friction)
-    posterior = integrate(problem, prior, 1.0)
+    posterior = integrate(problem, prior)
     assert posterior.probability > 0.99
     assert 2.0 < posterior.force_sd.mean() < 4.5
     assert 0.2 < posterior.correlation_time.mean() < 1.2
@@ -561,7 +561,7 @@ def test_average_over_the_force(rng) -> None:
     given = posterior.coefficient("friction", given_force=True)
     assert given.mean() == pytest.approx(average, abs=0.05 * sd)
     assert given.std() == pytest.approx(sd, rel=0.05)
-    none = integrate(problem, ForcePrior(centre=1.0, none=1.0), 1.0)
+    none = integrate(problem, ForcePrior(centre=1.0, none=1.0))
     assert none.probability == 0.0
     with pytest.raises(InputError, match="none has been looked at"):
         _ = none.force_sd
@@ -607,7 +607,7 @@ def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(orde
         stiffness=2,
         motion=first,
     )
-    found = integrate(Problem.of(regression), ForcePrior(centre=1e-3), first.noise, only_mode=True)
+    found = integrate(Problem.of(regression), ForcePrior(centre=1e-3), only_mode=True)
     law = found.best_law()
     change = frequency_change(law[regression.stiffness])
     assert change == pytest.approx(1.03, abs=1e-3)
@@ -660,6 +660,7 @@ class Bump:
 
     names, scale, positive = ("b",), np.ones(1), np.zeros(1, np.bool_)
     sets = np.ones((1, 1), np.bool_)
+    noise_before = 1.0
 
     def __init__(self, log_tau: float, sd: tuple[float, float], slope: float) -> None:
         self.log_tau, self.sd, self.slope = log_tau, sd, slope
@@ -681,7 +682,7 @@ def test_the_grid_of_the_force_ends_where_the_prior_does(edge: str, beyond: floa
     """A cell across an end of the correlation time counts by its part within: against a fine grid."""
     prior = ForcePrior(centre=1.0, none=0.5)
     bump = Bump(math.log(getattr(prior, edge)) + beyond, (0.3, 0.8), slope)
-    posterior = integrate(bump, prior, 1.0)
+    posterior = integrate(bump, prior)
     log_tau = np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), 801)
     log_ratio = np.linspace(-12.0, 12.0, 4801)
     ratio, tau = np.exp(log_ratio)[:, None], np.exp(log_tau)
