@@ -87,14 +87,8 @@ def confine_all(
     fifth of the time.
     """
     q = room.shape[1]
-    sigma, inner, mu, tilt, shift, column = (
-        room[:q],
-        room[q : 2 * q],
-        room[2 * q],
-        room[2 * q + 1],
-        room[2 * q + 2],
-        room[2 * q + 3],
-    )
+    sigma, inner, vectors = room[:q], room[q : 2 * q], room[2 * q :]
+    mu, tilt, shift, column = vectors[0], vectors[1], vectors[2], vectors[3]
     for a in range(p):
         mu[a], tilt[a], shift[a] = mean[a], 0.0, 0.0
         for b in range(p):
@@ -141,7 +135,7 @@ def confine_all(
         log_mass += log_normal_mass(centre / math.sqrt(cavity)) + 0.5 * math.log1p(tilt[i] * cavity)
         total = centre * cavity_precision + shift[i]
         log_mass -= 0.5 * (total**2 / (cavity_precision + tilt[i]) - centre**2 * cavity_precision)
-    log_mass += _log_integral(mean, cov, chosen, tilt, shift, inner, room[2 * q + 4], room[2 * q + 5])
+    log_mass += _log_integral(mean, cov, chosen, tilt, shift, inner, vectors[4], vectors[5])
     # all are positive at most as often as each; not finite by rounding counts as never
     return min(log_mass, most) if math.isfinite(log_mass) else -math.inf
 
