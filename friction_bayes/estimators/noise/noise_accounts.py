@@ -12,11 +12,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
-from scipy.special import logsumexp
+from scipy.special import expit, logsumexp
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
@@ -29,8 +29,9 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
-from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, sensor_noise
+from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import shown, smooth
@@ -42,9 +43,12 @@ __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
 SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
+_NEGLIGIBLE = 1e-6
+"""Probability below which coloured noise is not evaluated further."""
 _SHIFTS_PATH = 0.05
-"""Probability of a force along the fitted trajectory above which the motion is smoothed under it: a less
-probable force hardly moves the turning points."""
+"""Probability of a force in white noise along the fitted trajectory above which the motion is smoothed under
+it: a less probable force hardly moves the turning points. In coloured noise it may be as probable along its
+own motion alone."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,7 +131,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         return ()
     along = [prepared.along_fit()]
     evaluated = _evaluate(prepared, _shapes(prepared, along))
-    if sum(share for each, share in evaluated if each.posterior.probability > 0.0) > _SHIFTS_PATH:
+    if _of_force_in_white_noise(evaluated) > _SHIFTS_PATH:
         along.append(prepared.along_smoothed(evaluated[0][0].laid.regression.least_noise))
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
@@ -148,16 +152,27 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     return tuple(_account(part, share, prepared) for part, share in evaluated)
 
 
+def _of_force_in_white_noise(evaluated: Sequence[tuple[_Evaluated, float]]) -> float:
+    """Probability of a force if the noise is white."""
+    none, force = (
+        logsumexp(
+            [part.log_evidence for part, _ in evaluated if part.of_white_noise and part.has_force is forced]
+        )
+        for forced in (False, True)
+    )
+    return float(expit(force - none))
+
+
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
-    """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
+    """Whether white noise alone explains a record, and corners as dry friction makes them.
 
     Then no filter is evaluated: it would have coloured the noise or removed the corners.
     """
-    law, any_shape, forced = (
-        sum(share for part, share in evaluated if part.of_white_noise and part.kind == kind)
-        for kind in ((False, False), (True, False), (False, True))
+    law, any_shape = (
+        sum(share for part, share in evaluated if part.of_white_noise and part.kind == (free, False))
+        for free in (False, True)
     )
-    return max(law + any_shape if law >= any_shape else law, forced) >= 1.0 - SLIGHT
+    return (law + any_shape if law >= any_shape else law) >= 1.0 - SLIGHT
 
 
 def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Laid]]:
@@ -166,49 +181,68 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
     return [along, free] if free[0].has_free_corners else [along]
 
 
+class _Compared(NamedTuple):
+    """White or coloured noise: log evidence under the noise as it is, and the accounts that it counts as."""
+
+    white: bool
+    log_evidence: float
+    accounts: Callable[[], list[_Evaluated]]
+
+
 def _evaluate(
     prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], log_shape: Sequence[float] | Array = ()
 ) -> list[tuple[_Evaluated, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
-    Evidences compare under one floor of the noise: the least that any shape leaves. ``log_shape`` are the log
-    prior probabilities of the shapes, equal where they are not given.
+    Kinds of noise compare as they are, without a force and with one. White noise then counts as it is, and
+    coloured noise as nowhere below the least level near the motion's frequency that any shape leaves.
+    ``log_shape`` are the log prior probabilities of the shapes, equal where they are not given.
     """
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
     log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
-    rough = [_evaluated(paths[0], prior) for paths in shapes]
-    floor = min(each.noise_floor for each in rough)
-    stills = [_still(each, prior, log_none + own, floor) for each, own in zip(rough, log_shape, strict=True)]
-    best = max(part.log_evidence for parts in stills for part in parts)
-    parts = [part for still in stills for part in still]
-    for paths, still, own in zip(shapes, stills, log_shape, strict=True):
-        if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
-            parts += [replace(part, log_prior=own) for part in _forced(prepared, paths, floor)]
-    log_evidence = np.array([part.log_evidence for part in parts])
-    return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
-
-
-def _still(rough: _Evaluated, prior: ForcePrior, log_prior: float, floor: float) -> list[_Evaluated]:
-    """Accounts without a random force; that of white noise first."""
-    noise = rough.noise(floor)
-    parts = [_evaluated(rough.laid.with_noise(floor), prior, log_prior, noise.weaker_above)]
-    if noise.colour is not None:
-        parts.append(_evaluated(rough.laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
-    return parts
-
-
-def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
-    """Accounts with a random force; that of white noise first."""
-    white = _best([_evaluated(laid.with_noise(floor), prepared.prior).forced for laid in paths])
-    noise = white.noise(floor)
-    white = replace(white, weaker_above=noise.weaker_above)
-    if noise.colour is None:
-        return [white]
-    coloured = [
-        _evaluated(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced
-        for laid in paths
+    rough = [
+        _evaluated(paths[0], prior, log_none + own) for paths, own in zip(shapes, log_shape, strict=True)
     ]
-    return [white, _best(coloured)]
+    floor = min(each.noise_floor for each in rough)
+    stills = [_compared(each, [each.laid], floor) for each in rough]
+    best = max(kind.log_evidence for kinds in stills for kind in kinds)
+    kinds = [kind for still in stills for kind in still]
+    for paths, still, own in zip(shapes, stills, log_shape, strict=True):
+        if max(kind.log_evidence for kind in still) > best + math.log(SLIGHT):
+            forced = [_evaluated(laid, prepared.prior, own, forced=True) for laid in paths]
+            kinds += _compared(_best(forced), paths, floor)
+    log_evidence = np.array([kind.log_evidence for kind in kinds])
+    shares = np.exp(log_evidence - logsumexp(log_evidence)).tolist()
+    found: list[tuple[_Evaluated, float]] = []
+    for kind, share in zip(kinds, shares, strict=True):
+        # white noise, with a force and without, is reported however improbable
+        if kind.white or share > _NEGLIGIBLE:
+            accounts = kind.accounts()
+            within = np.array([part.log_evidence for part in accounts])
+            found += zip(accounts, (share * np.exp(within - logsumexp(within))).tolist(), strict=True)
+    return found
+
+
+def _compared(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Compared]:
+    """White noise, and coloured noise where the residual under it shows a colour, along any path."""
+    found = [_Compared(True, white.log_evidence, lambda: [white])]
+    colour = white.own_colour
+    if colour is not None:
+        as_it_is = _best([white.along(laid.with_noise(0.0, colour)) for laid in paths])
+        found.append(_Compared(False, as_it_is.log_evidence, lambda: _above(white, paths, floor)))
+    return found
+
+
+def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
+    """Accounts of noise nowhere below a floor: white, and coloured where that is worth its coefficients."""
+    level = _best([white.along(laid.with_noise(floor)) for laid in paths])
+    noise = level.noise(floor)
+    parts = [replace(level, weaker_above=noise.weaker_above)]
+    if noise.colour is not None:
+        parts.append(
+            _best([white.along(laid.with_noise(noise.coloured_floor, noise.colour)) for laid in paths])
+        )
+    return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +251,8 @@ class _Evaluated:
 
     laid: Laid
     posterior: Posterior
-    log_prior: float = 0.0
+    prior: ForcePrior
+    log_prior: float
     weaker_above: bool = False
 
     @property
@@ -229,10 +264,9 @@ class _Evaluated:
         colour = clock.autoregression
         return value if colour is None else value - colour.penalty
 
-    @property
-    def forced(self) -> _Evaluated:
-        """Given that there is a random force."""
-        return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
+    def along(self, laid: Laid) -> _Evaluated:
+        """The same account along a path, or under another noise."""
+        return _evaluated(laid, self.prior, self.log_prior, forced=self.has_force)
 
     @property
     def has_force(self) -> bool:
@@ -262,6 +296,12 @@ class _Evaluated:
         clock = regression.clock
         return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
 
+    @property
+    def own_colour(self) -> Autoregression | None:
+        """Colour of the residual; None where it is white, or the samples are uneven."""
+        clock = self.laid.regression.clock
+        return own_colour(self._left, clock.phase, len(self.laid.regression.names)) if clock.even else None
+
     @cached_property
     def _left(self) -> Array:
         """Residual of the law and the most probable force; samples that do not count are interpolated."""
@@ -276,12 +316,12 @@ class _Evaluated:
         return np.interp(index, index[used], left[used])
 
 
-def _evaluated(
-    laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False
-) -> _Evaluated:
-    regression = laid.regression
-    posterior = integrate(Problem.of(regression), prior)
-    return _Evaluated(laid, posterior, log_prior, weaker_above)
+def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool = False) -> _Evaluated:
+    """A regression without a random force, or given that there is one."""
+    posterior = integrate(Problem.of(laid.regression), prior)
+    if forced:
+        posterior = posterior.among((posterior.ratio > 0.0)[:, None])
+    return _Evaluated(laid, posterior, prior, log_prior)
 
 
 def _best(parts: Sequence[_Evaluated]) -> _Evaluated:

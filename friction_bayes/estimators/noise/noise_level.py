@@ -42,6 +42,7 @@ __all__ = [
     "compared_forces",
     "looks_white",
     "noise_floor",
+    "own_colour",
     "samples_in_mean",
     "sensor_noise",
 ]
@@ -55,6 +56,8 @@ _FEWEST_MEANS = 2 * _PER_PERIOD
 """In two periods: fewer say nothing about a force, and the residual's own size is used."""
 PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
+_FAINTEST = 1e-10
+"""Spectral density over the mean below which it is rounding: an autoregression is singular without any."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which noise that rises with frequency is evaluated."""
 
@@ -130,10 +133,22 @@ def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, ev
     if own.order == 0 or not even:
         return white
     angle = float(phase[-1] - phase[0]) / (phase.size - 1)
-    colour = own.tempered(floor**2 / variance, angle)
+    colour = own.levelled(floor**2 / variance, angle, floor**2 / variance)
     if colour.gain(residual.size) <= colour.penalty:
         return white
     return replace(white, colour=colour, coloured_floor=floor / math.sqrt(colour.level(angle * _OCTAVE)))
+
+
+def own_colour(residual: Array, phase: Array, fitted: int) -> Autoregression | None:
+    """Colour of the residual of a fit at even samples, level near the motion's frequency; None where white.
+
+    No sensor has a resonance there: a force has. Parameters as for :func:`noise_floor`.
+    """
+    own, _ = burg(residual, fitted)
+    if own.order == 0:
+        return None
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    return own.levelled(own.level(angle * _OCTAVE), angle, _FAINTEST)
 
 
 def _samples_in_mean(phase: Array) -> int:
