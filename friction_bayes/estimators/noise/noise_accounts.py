@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -45,6 +45,8 @@ SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
 _NEGLIGIBLE = 1e-6
 """Probability below which coloured noise is not evaluated further."""
+_QUIETEST = 1e-3
+"""Least noise of a sensor over what a fit without a force leaves: no force is as loud."""
 _SHIFTS_PATH = 0.05
 """Probability of a force in white noise along the fitted trajectory above which the motion is smoothed under
 it: a less probable force hardly moves the turning points. In coloured noise it may be as probable along its
@@ -181,67 +183,74 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
     return [along, free] if free[0].has_free_corners else [along]
 
 
-class _Compared(NamedTuple):
-    """White or coloured noise: log evidence under the noise as it is, and the accounts that it counts as."""
-
-    white: bool
-    log_evidence: float
-    accounts: Callable[[], list[_Evaluated]]
-
-
 def _evaluate(
     prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], log_shape: Sequence[float] | Array = ()
 ) -> list[tuple[_Evaluated, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
-    Kinds of noise compare as they are, without a force and with one. White noise then counts as it is, and
-    coloured noise as nowhere below the least level near the motion's frequency that any shape leaves.
-    ``log_shape`` are the log prior probabilities of the shapes, equal where they are not given.
+    Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
+    is coloured, all accounts are evaluated under a floor. ``log_shape`` are the log prior probabilities of
+    the shapes, equal where they are not given.
     """
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
     log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
     rough = [
         _evaluated(paths[0], prior, log_none + own) for paths, own in zip(shapes, log_shape, strict=True)
     ]
-    floor = min(each.noise_floor for each in rough)
-    stills = [_compared(each, [each.laid], floor) for each in rough]
-    best = max(kind.log_evidence for kinds in stills for kind in kinds)
-    kinds = [kind for still in stills for kind in still]
-    for paths, still, own in zip(shapes, stills, log_shape, strict=True):
-        if max(kind.log_evidence for kind in still) > best + math.log(SLIGHT):
-            forced = [_evaluated(laid, prepared.prior, own, forced=True) for laid in paths]
-            kinds += _compared(_best(forced), paths, floor)
-    log_evidence = np.array([kind.log_evidence for kind in kinds])
-    shares = np.exp(log_evidence - logsumexp(log_evidence)).tolist()
-    found: list[tuple[_Evaluated, float]] = []
-    for kind, share in zip(kinds, shares, strict=True):
-        # white noise, with a force and without, is reported however improbable
-        if kind.white or share > _NEGLIGIBLE:
-            accounts = kind.accounts()
-            within = np.array([part.log_evidence for part in accounts])
-            found += zip(accounts, (share * np.exp(within - logsumexp(within))).tolist(), strict=True)
+    coloured = [each for part in rough for each in _as_it_is(part, [part.laid])]
+    best = max(part.log_evidence for part in (*rough, *coloured))
+    forced = []
+    for paths, part, own in zip(shapes, rough, log_shape, strict=True):
+        if part.log_evidence < max(each.log_evidence for each in rough) + math.log(SLIGHT):
+            continue
+        quiet = [laid.with_noise(_QUIETEST * part.posterior.noise_sd) for laid in paths]
+        with_force = _best([_evaluated(laid, prepared.prior, own, forced=True) for laid in quiet])
+        forced.append(with_force)
+        if with_force.log_evidence > best + math.log(SLIGHT):
+            coloured += _as_it_is(with_force, quiet)
+    white, other = ([part.log_evidence for part in parts] for parts in ((*rough, *forced), coloured))
+    total = logsumexp(white + other)
+    found = list(zip((*rough, *forced), np.exp(np.array(white) - total).tolist(), strict=True))
+    share = math.exp(logsumexp(other) - total) if other else 0.0
+    if share > _NEGLIGIBLE:
+        found += [(part, share * own) for part, own in _under_floor(prepared, shapes, rough)]
     return found
 
 
-def _compared(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Compared]:
-    """White noise, and coloured noise where the residual under it shows a colour, along any path."""
-    found = [_Compared(True, white.log_evidence, lambda: [white])]
+def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
+    """The same account with the colour of its residual, along any path; none where that is white."""
     colour = white.own_colour
-    if colour is not None:
-        as_it_is = _best([white.along(laid.with_noise(0.0, colour)) for laid in paths])
-        found.append(_Compared(False, as_it_is.log_evidence, lambda: _above(white, paths, floor)))
-    return found
+    return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
+
+
+def _under_floor(
+    prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], rough: Sequence[_Evaluated]
+) -> list[tuple[_Evaluated, float]]:
+    """All accounts and their probabilities, the noise nowhere below one floor: the least that a shape leaves.
+
+    The silence behind a filter is no evidence against friction, or for a force in place of the noise.
+    """
+    floor = min(each.noise_floor for each in rough)
+    stills = [_above(each, [each.laid], floor) for each in rough]
+    parts = [part for still in stills for part in still]
+    best = max(part.log_evidence for part in parts)
+    for paths, each, still in zip(shapes, rough, stills, strict=True):
+        if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
+            own = each.log_prior - math.log(prepared.prior.none)
+            forced = [_evaluated(laid.with_noise(floor), prepared.prior, own, forced=True) for laid in paths]
+            parts += _above(_best(forced), paths, floor)
+    log_evidence = np.array([part.log_evidence for part in parts])
+    return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
 
 
 def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
     """Accounts of noise nowhere below a floor: white, and coloured where that is worth its coefficients."""
-    level = _best([white.along(laid.with_noise(floor)) for laid in paths])
+    level = white if white.has_force else white.along(white.laid.with_noise(floor))
     noise = level.noise(floor)
     parts = [replace(level, weaker_above=noise.weaker_above)]
     if noise.colour is not None:
-        parts.append(
-            _best([white.along(laid.with_noise(noise.coloured_floor, noise.colour)) for laid in paths])
-        )
+        coloured = [white.along(laid.with_noise(noise.coloured_floor, noise.colour)) for laid in paths]
+        parts.append(_best(coloured))
     return parts
 
 
