@@ -148,9 +148,8 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
             filtered = _evaluate(prepared, [[laid] for laid in behind], np.log(shares))
             # spectra behind filters include no force, and cannot identify a filter with one behind it
             still = [(part, share * probability) for part, share in filtered if not part.has_force]
-            evaluated = [
-                (part, share * (1.0 - sum(own for _, own in still))) for part, share in evaluated
-            ] + still
+            left = 1.0 - sum(own for _, own in still)
+            evaluated = [(part, share * left) for part, share in evaluated] + still
     return tuple(_account(part, share, prepared) for part, share in evaluated)
 
 
@@ -184,7 +183,9 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
 
 
 def _evaluate(
-    prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], log_shape: Sequence[float] | Array = ()
+    prepared: PreparedDecay,
+    shapes: Sequence[Sequence[Laid]],
+    log_shape: Sequence[float] | Array = (),
 ) -> list[tuple[_Evaluated, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
@@ -194,27 +195,42 @@ def _evaluate(
     """
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
     log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
-    rough = [
+    white = [
         _evaluated(paths[0], prior, log_none + own) for paths, own in zip(shapes, log_shape, strict=True)
     ]
-    coloured = [each for part in rough for each in _as_it_is(part, [part.laid])]
+    rough, coloured = tuple(white), [each for part in white for each in _as_it_is(part, [part.laid])]
     best = max(part.log_evidence for part in (*rough, *coloured))
-    forced = []
-    for paths, part, own in zip(shapes, rough, log_shape, strict=True):
-        if part.log_evidence < max(each.log_evidence for each in rough) + math.log(SLIGHT):
-            continue
+    for paths, part in _probable(shapes, rough):
         quiet = [laid.with_noise(_QUIETEST * part.posterior.noise_sd) for laid in paths]
-        with_force = _best([_evaluated(laid, prepared.prior, own, forced=True) for laid in quiet])
-        forced.append(with_force)
-        if with_force.log_evidence > best + math.log(SLIGHT):
-            coloured += _as_it_is(with_force, quiet)
-    white, other = ([part.log_evidence for part in parts] for parts in ((*rough, *forced), coloured))
-    total = logsumexp(white + other)
-    found = list(zip((*rough, *forced), np.exp(np.array(white) - total).tolist(), strict=True))
-    share = math.exp(logsumexp(other) - total) if other else 0.0
-    if share > _NEGLIGIBLE:
-        found += [(part, share * own) for part, own in _under_floor(prepared, shapes, rough)]
+        forced = _with_force(prepared, quiet, part)
+        white.append(forced)
+        if forced.log_evidence > best + math.log(SLIGHT):
+            coloured += _as_it_is(forced, quiet)
+    shares = _probabilities([*white, *coloured])
+    found = list(zip(white, shares, strict=False))
+    if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
+        parts = _under_floor(prepared, shapes, rough)
+        found += [(part, share * own) for part, own in zip(parts, _probabilities(parts), strict=True)]
     return found
+
+
+def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
+    log_evidence = np.array([part.log_evidence for part in parts])
+    return list(np.exp(log_evidence - logsumexp(log_evidence)).tolist())
+
+
+def _probable(
+    shapes: Sequence[Sequence[Laid]], parts: Sequence[_Evaluated]
+) -> list[tuple[Sequence[Laid], _Evaluated]]:
+    """Shapes that are not improbable without a force, with the account of each."""
+    least = max(part.log_evidence for part in parts) + math.log(SLIGHT)
+    return [pair for pair in zip(shapes, parts, strict=True) if pair[1].log_evidence > least]
+
+
+def _with_force(prepared: PreparedDecay, paths: Sequence[Laid], still: _Evaluated) -> _Evaluated:
+    """The account of a shape without a force with one, along any path."""
+    log_prior = still.log_prior - math.log(prepared.prior.none)
+    return _best([_evaluated(laid, prepared.prior, log_prior, forced=True) for laid in paths])
 
 
 def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
@@ -225,29 +241,25 @@ def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
 
 def _under_floor(
     prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], rough: Sequence[_Evaluated]
-) -> list[tuple[_Evaluated, float]]:
-    """All accounts and their probabilities, the noise nowhere below one floor: the least that a shape leaves.
+) -> list[_Evaluated]:
+    """All accounts, the noise nowhere below one floor: the least that a shape leaves near the motion.
 
     The silence behind a filter is no evidence against friction, or for a force in place of the noise.
     """
     floor = min(each.noise_floor for each in rough)
-    stills = [_above(each, [each.laid], floor) for each in rough]
+    stills = [_above(each.along(each.laid.with_noise(floor)), [each.laid], floor) for each in rough]
     parts = [part for still in stills for part in still]
-    best = max(part.log_evidence for part in parts)
-    for paths, each, still in zip(shapes, rough, stills, strict=True):
-        if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
-            own = each.log_prior - math.log(prepared.prior.none)
-            forced = [_evaluated(laid.with_noise(floor), prepared.prior, own, forced=True) for laid in paths]
-            parts += _above(_best(forced), paths, floor)
-    log_evidence = np.array([part.log_evidence for part in parts])
-    return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
+    best = [max(still, key=lambda part: part.log_evidence) for still in stills]
+    for paths, part in _probable(shapes, best):
+        forced = _with_force(prepared, [laid.with_noise(floor) for laid in paths], part)
+        parts += _above(forced, paths, floor)
+    return parts
 
 
 def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
     """Accounts of noise nowhere below a floor: white, and coloured where that is worth its coefficients."""
-    level = white if white.has_force else white.along(white.laid.with_noise(floor))
-    noise = level.noise(floor)
-    parts = [replace(level, weaker_above=noise.weaker_above)]
+    noise = white.noise(floor)
+    parts = [replace(white, weaker_above=noise.weaker_above)]
     if noise.colour is not None:
         coloured = [white.along(laid.with_noise(noise.coloured_floor, noise.colour)) for laid in paths]
         parts.append(_best(coloured))
