@@ -309,7 +309,8 @@ class _Evaluated:
         """Sd of white noise as strong as the residual near the motion's frequency."""
         regression = self.laid.regression
         fitted = len(regression.names)
-        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted)
+        behind = self.laid.filter is not None
+        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, behind_filter=behind)
 
     def noise(self, floor: float) -> SensorNoise:
         """Noise of that floor with the colour of the residual."""
