@@ -141,16 +141,23 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         evaluated = _evaluate(prepared, _shapes(prepared, along))
     if not _white_noise_explains(evaluated):
         filters, probability = prepared.filters_along(along[0])
-        if filters and probability > SLIGHT:
-            # noise and corners identify a filter; the evidences of accounts, without the noise far above
-            # the motion, are compared among those behind filters
-            shares, behind = zip(*prepared.behind(filters[0][1], along[0]), strict=True)
-            filtered = _evaluate(prepared, [[laid] for laid in behind], np.log(shares))
-            # spectra behind filters include no force, and cannot identify a filter with one behind it
-            still = [(part, share * probability) for part, share in filtered if not part.has_force]
-            left = 1.0 - sum(own for _, own in still)
-            evaluated = [(part, share * left) for part, share in evaluated] + still
+        behind = _behind(prepared, filters[0][1], along[0]) if filters and probability > SLIGHT else []
+        # spectra behind filters include no force, and cannot identify a filter with one behind it
+        if sum(share for part, share in behind if not part.has_force) > 0.5:
+            evaluated = [(part, share * (1.0 - probability)) for part, share in evaluated]
+            evaluated += [(part, share * probability) for part, share in behind]
     return tuple(_account(part, share, prepared) for part, share in evaluated)
+
+
+def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
+    """Accounts behind filters like one, and their probabilities; the noise went through the filter too."""
+    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
+    shares, shapes = zip(*prepared.behind(filter_, laid), strict=True)
+    rough = [
+        _evaluated(each, prior, log_none + math.log(own)) for each, own in zip(shapes, shares, strict=True)
+    ]
+    parts = _under_floor(prepared, [[each] for each in shapes], rough)
+    return list(zip(parts, _probabilities(parts), strict=True))
 
 
 def _of_force_in_white_noise(evaluated: Sequence[tuple[_Evaluated, float]]) -> float:
@@ -182,22 +189,14 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
     return [along, free] if free[0].has_free_corners else [along]
 
 
-def _evaluate(
-    prepared: PreparedDecay,
-    shapes: Sequence[Sequence[Laid]],
-    log_shape: Sequence[float] | Array = (),
-) -> list[tuple[_Evaluated, float]]:
+def _evaluate(prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]]) -> list[tuple[_Evaluated, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
     Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
-    is coloured, all accounts are evaluated under a floor. ``log_shape`` are the log prior probabilities of
-    the shapes, equal where they are not given.
+    is coloured, all accounts are evaluated under a floor.
     """
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
-    log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
-    white = [
-        _evaluated(paths[0], prior, log_none + own) for paths, own in zip(shapes, log_shape, strict=True)
-    ]
+    white = [_evaluated(paths[0], prior, log_none) for paths in shapes]
     rough, coloured = tuple(white), [each for part in white for each in _as_it_is(part, [part.laid])]
     best = max(part.log_evidence for part in (*rough, *coloured))
     for paths, part in _probable(shapes, rough):
