@@ -124,10 +124,10 @@ class Autoregression:
         """Log likelihood of so many samples over that of white noise of the same variance."""
         return -0.5 * samples * math.log(self.innovation_variance)
 
-    def tempered(self, floor: float, angle: float) -> Autoregression:
-        """The same with a spectral density of ``floor`` below twice ``angle`` and no less above."""
+    def levelled(self, level: float, angle: float, least: float) -> Autoregression:
+        """The same with a spectral density ``level`` below twice ``angle``, and at least ``least`` above."""
         omega = np.linspace(0.0, math.pi, _GRID)
-        spectrum = np.where(omega < 2.0 * angle, floor, np.maximum(self.spectrum(omega), floor))
+        spectrum = np.where(omega < 2.0 * angle, level, np.maximum(self.spectrum(omega), least))
         covariance = np.fft.irfft(spectrum)[: self.order + 1]
         coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
         known = float(coefficients @ covariance[1:]) / float(covariance[0])

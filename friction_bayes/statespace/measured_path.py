@@ -175,6 +175,12 @@ class MeasuredPath:
         """Reading by a sensor of the derivative ``order`` of a motion under the restoring force alone."""
         return (x, v, -self.restoring(x))[order]
 
+    def jumps(self, order: int) -> Indices:
+        """Samples next to which a sensor of the derivative ``order`` jumps, shape (k,)."""
+        if order < 2:
+            return np.empty(0, np.intp)
+        return np.rint(np.interp(self.turning, self.phase, np.arange(self.phase.size))).astype(np.intp)
+
     def serves(self, x: Array, force: float) -> bool:
         """Whether the slopes along this path hold for another motion, of displacements ``x``, shape (n,).
 

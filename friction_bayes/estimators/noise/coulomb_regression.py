@@ -34,6 +34,7 @@ from friction_bayes.estimators.noise.free_corners import (
 from friction_bayes.estimators.noise.recording_filters import (
     RecordingFilter,
     Through,
+    jump_columns,
     margin,
     own_columns,
 )
@@ -177,9 +178,14 @@ class Laid:
         if "rest" in regression.names:
             # zero of the recording, not of the motion
             shown[:, regression.names.index("rest")] = 1.0
-        memory, offset = own_columns(filter_, path.reading(self.order, path.x, path.v))
+        read = regression.columns @ (regression.scale * regression.reference) + signal - regression.target
+        memory, offset = own_columns(filter_, read)
+        jumps = jump_columns(filter_, path.jumps(self.order), n)
         amplitude = float(np.max(np.abs(signal)))
-        scale = np.repeat([amplitude, 1.0], [memory.shape[1], offset.shape[1]])
+        # friction jumps by its scale, at any place between two samples
+        jump = float(regression.scale[regression.names.index("friction")]) / math.sqrt(12.0)
+        own = np.hstack([memory, offset, jumps])
+        scale = np.repeat([amplitude, 1.0, jump], [memory.shape[1], offset.shape[1], jumps.shape[1]])
         extra = scale.size
         inside = np.full(n, np.inf)
         left_out = margin(filter_.angle)
@@ -187,7 +193,7 @@ class Laid:
         filtered = replace(
             regression,
             names=(*regression.names, *(["filter"] * extra)),
-            columns=np.hstack([shown[:, :-1], memory, offset]),
+            columns=np.hstack([shown[:, :-1], own]),
             target=signal - shown[:, -1],
             states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
             scale=np.append(regression.scale, scale),

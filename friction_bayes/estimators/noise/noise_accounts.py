@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from scipy import stats
-from scipy.special import logsumexp
+from scipy.special import expit, logsumexp
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
@@ -29,8 +29,9 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
-from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, sensor_noise
+from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import shown, smooth
@@ -42,9 +43,14 @@ __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
 SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
+_NEGLIGIBLE = 1e-6
+"""Probability below which coloured noise is not evaluated further."""
+_QUIETEST = 1e-3
+"""Least noise of a sensor over what a fit without a force leaves: no force is as loud."""
 _SHIFTS_PATH = 0.05
-"""Probability of a force along the fitted trajectory above which the motion is smoothed under it: a less
-probable force hardly moves the turning points."""
+"""Probability of a force in white noise along the fitted trajectory above which the motion is smoothed under
+it: a less probable force hardly moves the turning points. In coloured noise it may be as probable along its
+own motion alone."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,7 +133,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         return ()
     along = [prepared.along_fit()]
     evaluated = _evaluate(prepared, _shapes(prepared, along))
-    if sum(share for each, share in evaluated if each.posterior.probability > 0.0) > _SHIFTS_PATH:
+    if _of_force_in_white_noise(evaluated) > _SHIFTS_PATH:
         along.append(prepared.along_smoothed(evaluated[0][0].laid.regression.least_noise))
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
@@ -135,29 +141,46 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         evaluated = _evaluate(prepared, _shapes(prepared, along))
     if not _white_noise_explains(evaluated):
         filters, probability = prepared.filters_along(along[0])
-        if filters and probability > SLIGHT:
-            # noise and corners identify a filter; the evidences of accounts, without the noise far above
-            # the motion, are compared among those behind filters
-            shares, behind = zip(*prepared.behind(filters[0][1], along[0]), strict=True)
-            filtered = _evaluate(prepared, [[laid] for laid in behind], np.log(shares))
-            # spectra behind filters include no force, and cannot identify a filter with one behind it
-            still = [(part, share * probability) for part, share in filtered if not part.has_force]
-            evaluated = [
-                (part, share * (1.0 - sum(own for _, own in still))) for part, share in evaluated
-            ] + still
+        behind = _behind(prepared, filters[0][1], along[0]) if filters and probability > SLIGHT else []
+        # spectra behind filters include no force, and cannot identify a filter with one behind it
+        if sum(share for part, share in behind if not part.has_force) > 0.5:
+            evaluated = [(part, share * (1.0 - probability)) for part, share in evaluated]
+            evaluated += [(part, share * probability) for part, share in behind]
     return tuple(_account(part, share, prepared) for part, share in evaluated)
 
 
+def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
+    """Accounts behind filters like one, and their probabilities; the noise went through the filter too."""
+    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
+    shares, shapes = zip(*prepared.behind(filter_, laid), strict=True)
+    rough = [
+        _evaluated(each, prior, log_none + math.log(own)) for each, own in zip(shapes, shares, strict=True)
+    ]
+    parts = _under_floor(prepared, [[each] for each in shapes], rough)
+    return list(zip(parts, _probabilities(parts), strict=True))
+
+
+def _of_force_in_white_noise(evaluated: Sequence[tuple[_Evaluated, float]]) -> float:
+    """Probability of a force if the noise is white."""
+    none, force = (
+        logsumexp(
+            [part.log_evidence for part, _ in evaluated if part.of_white_noise and part.has_force is forced]
+        )
+        for forced in (False, True)
+    )
+    return float(expit(force - none))
+
+
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
-    """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
+    """Whether white noise alone explains a record, and corners as dry friction makes them.
 
     Then no filter is evaluated: it would have coloured the noise or removed the corners.
     """
-    law, any_shape, forced = (
-        sum(share for part, share in evaluated if part.of_white_noise and part.kind == kind)
-        for kind in ((False, False), (True, False), (False, True))
+    law, any_shape = (
+        sum(share for part, share in evaluated if part.of_white_noise and part.kind == (free, False))
+        for free in (False, True)
     )
-    return max(law + any_shape if law >= any_shape else law, forced) >= 1.0 - SLIGHT
+    return (law + any_shape if law >= any_shape else law) >= 1.0 - SLIGHT
 
 
 def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Laid]]:
@@ -166,49 +189,80 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
     return [along, free] if free[0].has_free_corners else [along]
 
 
-def _evaluate(
-    prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], log_shape: Sequence[float] | Array = ()
-) -> list[tuple[_Evaluated, float]]:
+def _evaluate(prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]]) -> list[tuple[_Evaluated, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
-    Evidences compare under one floor of the noise: the least that any shape leaves. ``log_shape`` are the log
-    prior probabilities of the shapes, equal where they are not given.
+    Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
+    is coloured, all accounts are evaluated under a floor.
     """
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
-    log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
-    rough = [_evaluated(paths[0], prior) for paths in shapes]
-    floor = min(each.noise_floor for each in rough)
-    stills = [_still(each, prior, log_none + own, floor) for each, own in zip(rough, log_shape, strict=True)]
-    best = max(part.log_evidence for parts in stills for part in parts)
-    parts = [part for still in stills for part in still]
-    for paths, still, own in zip(shapes, stills, log_shape, strict=True):
-        if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
-            parts += [replace(part, log_prior=own) for part in _forced(prepared, paths, floor)]
+    white = [_evaluated(paths[0], prior, log_none) for paths in shapes]
+    rough, coloured = tuple(white), [each for part in white for each in _as_it_is(part, [part.laid])]
+    best = max(part.log_evidence for part in (*rough, *coloured))
+    for paths, part in _probable(shapes, rough):
+        quiet = [laid.with_noise(_QUIETEST * part.posterior.noise_sd) for laid in paths]
+        forced = _with_force(prepared, quiet, part)
+        white.append(forced)
+        if forced.log_evidence > best + math.log(SLIGHT):
+            coloured += _as_it_is(forced, quiet)
+    shares = _probabilities([*white, *coloured])
+    found = list(zip(white, shares, strict=False))
+    if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
+        parts = _under_floor(prepared, shapes, rough)
+        found += [(part, share * own) for part, own in zip(parts, _probabilities(parts), strict=True)]
+    return found
+
+
+def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
     log_evidence = np.array([part.log_evidence for part in parts])
-    return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
+    return list(np.exp(log_evidence - logsumexp(log_evidence)).tolist())
 
 
-def _still(rough: _Evaluated, prior: ForcePrior, log_prior: float, floor: float) -> list[_Evaluated]:
-    """Accounts without a random force; that of white noise first."""
-    noise = rough.noise(floor)
-    parts = [_evaluated(rough.laid.with_noise(floor), prior, log_prior, noise.weaker_above)]
-    if noise.colour is not None:
-        parts.append(_evaluated(rough.laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
+def _probable(
+    shapes: Sequence[Sequence[Laid]], parts: Sequence[_Evaluated]
+) -> list[tuple[Sequence[Laid], _Evaluated]]:
+    """Shapes that are not improbable without a force, with the account of each."""
+    least = max(part.log_evidence for part in parts) + math.log(SLIGHT)
+    return [pair for pair in zip(shapes, parts, strict=True) if pair[1].log_evidence > least]
+
+
+def _with_force(prepared: PreparedDecay, paths: Sequence[Laid], still: _Evaluated) -> _Evaluated:
+    """The account of a shape without a force with one, along any path."""
+    log_prior = still.log_prior - math.log(prepared.prior.none)
+    return _best([_evaluated(laid, prepared.prior, log_prior, forced=True) for laid in paths])
+
+
+def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
+    """The same account with the colour of its residual, along any path; none where that is white."""
+    colour = white.own_colour
+    return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
+
+
+def _under_floor(
+    prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], rough: Sequence[_Evaluated]
+) -> list[_Evaluated]:
+    """All accounts, the noise nowhere below one floor: the least that a shape leaves near the motion.
+
+    The silence behind a filter is no evidence against friction, or for a force in place of the noise.
+    """
+    floor = min(each.noise_floor for each in rough)
+    stills = [_above(each.along(each.laid.with_noise(floor)), [each.laid], floor) for each in rough]
+    parts = [part for still in stills for part in still]
+    best = [max(still, key=lambda part: part.log_evidence) for still in stills]
+    for paths, part in _probable(shapes, best):
+        forced = _with_force(prepared, [laid.with_noise(floor) for laid in paths], part)
+        parts += _above(forced, paths, floor)
     return parts
 
 
-def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
-    """Accounts with a random force; that of white noise first."""
-    white = _best([_evaluated(laid.with_noise(floor), prepared.prior).forced for laid in paths])
+def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
+    """Accounts of noise nowhere below a floor: white, and coloured where that is worth its coefficients."""
     noise = white.noise(floor)
-    white = replace(white, weaker_above=noise.weaker_above)
-    if noise.colour is None:
-        return [white]
-    coloured = [
-        _evaluated(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced
-        for laid in paths
-    ]
-    return [white, _best(coloured)]
+    parts = [replace(white, weaker_above=noise.weaker_above)]
+    if noise.colour is not None:
+        coloured = [white.along(laid.with_noise(noise.coloured_floor, noise.colour)) for laid in paths]
+        parts.append(_best(coloured))
+    return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +271,8 @@ class _Evaluated:
 
     laid: Laid
     posterior: Posterior
-    log_prior: float = 0.0
+    prior: ForcePrior
+    log_prior: float
     weaker_above: bool = False
 
     @property
@@ -229,10 +284,9 @@ class _Evaluated:
         colour = clock.autoregression
         return value if colour is None else value - colour.penalty
 
-    @property
-    def forced(self) -> _Evaluated:
-        """Given that there is a random force."""
-        return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
+    def along(self, laid: Laid) -> _Evaluated:
+        """The same account along a path, or under another noise."""
+        return _evaluated(laid, self.prior, self.log_prior, forced=self.has_force)
 
     @property
     def has_force(self) -> bool:
@@ -254,13 +308,20 @@ class _Evaluated:
         """Sd of white noise as strong as the residual near the motion's frequency."""
         regression = self.laid.regression
         fitted = len(regression.names)
-        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted)
+        behind = self.laid.filter is not None
+        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, behind_filter=behind)
 
     def noise(self, floor: float) -> SensorNoise:
         """Noise of that floor with the colour of the residual."""
         regression = self.laid.regression
         clock = regression.clock
         return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
+
+    @property
+    def own_colour(self) -> Autoregression | None:
+        """Colour of the residual; None where it is white, or the samples are uneven."""
+        clock = self.laid.regression.clock
+        return own_colour(self._left, clock.phase, len(self.laid.regression.names)) if clock.even else None
 
     @cached_property
     def _left(self) -> Array:
@@ -276,12 +337,12 @@ class _Evaluated:
         return np.interp(index, index[used], left[used])
 
 
-def _evaluated(
-    laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False
-) -> _Evaluated:
-    regression = laid.regression
-    posterior = integrate(Problem.of(regression), prior)
-    return _Evaluated(laid, posterior, log_prior, weaker_above)
+def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool = False) -> _Evaluated:
+    """A regression without a random force, or given that there is one."""
+    posterior = integrate(Problem.of(laid.regression), prior)
+    if forced:
+        posterior = posterior.among((posterior.ratio > 0.0)[:, None])
+    return _Evaluated(laid, posterior, prior, log_prior)
 
 
 def _best(parts: Sequence[_Evaluated]) -> _Evaluated:

@@ -42,6 +42,7 @@ __all__ = [
     "compared_forces",
     "looks_white",
     "noise_floor",
+    "own_colour",
     "samples_in_mean",
     "sensor_noise",
 ]
@@ -55,6 +56,8 @@ _FEWEST_MEANS = 2 * _PER_PERIOD
 """In two periods: fewer say nothing about a force, and the residual's own size is used."""
 PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
+_FAINTEST = 1e-10
+"""Spectral density over the mean below which it is rounding: an autoregression is singular without any."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which noise that rises with frequency is evaluated."""
 
@@ -91,7 +94,9 @@ def compared_forces() -> ComparedForces:
     return ComparedForces(np.ascontiguousarray(ratio), np.ascontiguousarray(tau), log_prior)
 
 
-def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
+def noise_floor(
+    residual: Array, phase: Array, order: int, fitted: int, *, behind_filter: bool = False
+) -> float:
     """Sd of white noise of the sensor's level near the motion's frequency, from the residual of a fit.
 
     Parameters
@@ -103,13 +108,17 @@ def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float
         Order of the derivative measured.
     fitted : int
         How many numbers have been fitted to it.
+    behind_filter : bool
+        Whether it is of a law behind a filter: what is fitted there varies little within a mean, and all of
+        it is of the means; without one, some of it is of the corners, as is a force.
     """
     own, variance = burg(residual, fitted)
     block = _samples_in_mean(phase)
     if residual.size < _FEWEST_MEANS * block:
         return math.sqrt(variance)
     # of a mean of a block to that of a sample
-    level = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
+    means, spent = block_means(residual, block), fitted if behind_filter else fitted / block
+    level = block * _level(means, block_means(phase, block), order, spent)
     return math.sqrt(min(level, variance) if own.order == 0 else level)
 
 
@@ -130,10 +139,22 @@ def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, ev
     if own.order == 0 or not even:
         return white
     angle = float(phase[-1] - phase[0]) / (phase.size - 1)
-    colour = own.tempered(floor**2 / variance, angle)
+    colour = own.levelled(floor**2 / variance, angle, floor**2 / variance)
     if colour.gain(residual.size) <= colour.penalty:
         return white
     return replace(white, colour=colour, coloured_floor=floor / math.sqrt(colour.level(angle * _OCTAVE)))
+
+
+def own_colour(residual: Array, phase: Array, fitted: int) -> Autoregression | None:
+    """Colour of the residual of a fit at even samples, level near the motion's frequency; None where white.
+
+    No sensor has a resonance there: a force has. Parameters as for :func:`noise_floor`.
+    """
+    own, _ = burg(residual, fitted)
+    if own.order == 0:
+        return None
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    return own.levelled(own.level(angle * _OCTAVE), angle, _FAINTEST)
 
 
 def _samples_in_mean(phase: Array) -> int:

@@ -15,9 +15,17 @@ from functools import cached_property, partial
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from friction_bayes.core.arrays import Array, Complexes
+from friction_bayes.core.arrays import Array, Complexes, Indices
 
-__all__ = ["FilterKind", "RecordingFilter", "Through", "kinds_for", "margin", "own_columns"]
+__all__ = [
+    "FilterKind",
+    "RecordingFilter",
+    "Through",
+    "jump_columns",
+    "kinds_for",
+    "margin",
+    "own_columns",
+]
 
 _LONGEST_MEAN, _LONGEST_POLYNOMIAL = 0.25, 0.5
 """Windows over the period: a moving mean of that length takes a tenth of the amplitude."""
@@ -34,7 +42,7 @@ _BELOW_NYQUIST = math.pi - 1e-6
 _MARGIN = 0.25
 """Share of a period at either end, where a filter has too few samples."""
 _FORGOTTEN = 1e-4
-"""Share of what was before the recording that a filter may still show where it is taken to be forgotten."""
+"""Share of what came when it is not known that a filter may still show where it is taken to be forgotten."""
 
 
 Response = Callable[[Array], Array]
@@ -151,6 +159,27 @@ def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
         return memory, np.empty((read.size, 0))
     through = Through(read[:, None])
     return memory, through(filter_.next) - through(filter_)
+
+
+def jump_columns(filter_: RecordingFilter, places: Indices, samples: int) -> Array:
+    """Responses to unit impulses at samples, of those that show inside the margin, shape (samples, k).
+
+    A sensor that jumps shows no more than between which samples it does: a jump that is early by a share of
+    the step is that share of an impulse, which a filter makes as wide as the jump itself.
+
+    Parameters
+    ----------
+    filter_ : RecordingFilter
+    places : ndarray of int, shape (k,)
+    samples : int
+    """
+    size = next_fast_len(2 * samples, real=True)
+    omega = 2.0 * math.pi * np.arange(size // 2 + 1) / size
+    impulse = irfft(filter_.without_delay(omega), size)
+    columns = np.asarray(impulse[np.subtract.outer(np.arange(samples), places) % size])
+    left_out = margin(filter_.angle)
+    shown = np.max(np.abs(columns[left_out : samples - left_out]), axis=0)
+    return columns[:, shown > _FORGOTTEN * np.max(np.abs(impulse))]
 
 
 def margin(angle: float) -> int:

@@ -81,7 +81,7 @@ def colour_of(residual: Array, fitted: int) -> Colour | None:
     """Colour of the residual of a law with so many coefficients, shape (n,); None where that is white."""
     own, _ = burg(residual, fitted)
     # behind a filter that removes everything an autoregression is singular to rounding
-    return Colour(own.tempered(_FAINTEST, 0.0)) if own.order else None
+    return Colour(own.levelled(_FAINTEST, 0.0, _FAINTEST)) if own.order else None
 
 
 def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:

@@ -67,6 +67,26 @@ def test_a_random_force_without_noise_of_the_sensor(rate: float) -> None:
     assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.06
 
 
+@pytest.mark.parametrize("quantity", ["velocity", "acceleration"])
+def test_a_force_in_a_short_record_is_not_taken_for_noise(quantity: str) -> None:
+    """Three periods: near the motion the force is stronger than the noise, which shows far above alone."""
+    force = {"random_force.sd": 0.05, "random_force.correlation_time": 0.3}
+    noise = {"velocity": 6e-4, "acceleration": 2e-2}[quantity]
+    record = simulated(
+        initial_displacement=0.02,
+        duration=2.0,
+        sampling_rate=400.0,
+        quantity=quantity,
+        noise_sd=noise,
+        effects=force,
+    )
+    found = fb.estimate(record, LINEAR)
+    assert found.random_force is not None
+    assert found.random_force.probability > 0.99
+    assert found.to_dict()["noise"]["sd"] == pytest.approx(noise, rel=0.1)
+    assert abs(found.friction.mean() - 0.2) < 3.0 * found.friction.std()
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng) -> None:
     values = motion(rng, 0.3)[order]
