@@ -29,8 +29,10 @@ def draw_reliability(axes: Axes, dataset: xr.Dataset) -> None:
     error = 2.0 * np.sqrt(stated * (1.0 - stated) / n[kept])
     axes.plot((0.0, 1.0), (0.0, 1.0), color=TRUTH, linewidth=0.8)
     axes.errorbar(stated, found, yerr=error, fmt="o", color=MODEL, markersize=4.0, capsize=2.0)
-    for x, y, count in zip(stated, found, n[kept], strict=True):
-        axes.annotate(str(int(count)), (x, y), xytext=(5, -10), textcoords="offset points", fontsize=7.0)
+    for k, (x, y, count) in enumerate(zip(stated, found, n[kept], strict=True)):
+        # above and below in turn: the first bins are close
+        at = (5, 6 if k % 2 else -10)
+        axes.annotate(str(int(count)), (x, y), xytext=at, textcoords="offset points", fontsize=7.0)
     axes.set(xlabel="stated probability", ylabel="share that was true", xlim=(-0.03, 1.05))
     axes.set_ylim(-0.05, 1.08)
     axes.set_title("Stated probabilities, by number of candidates")
