@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -132,13 +132,14 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     if prepared.signal.size < LEAST_SAMPLES:
         return ()
     along = [prepared.along_fit()]
-    evaluated = _evaluate(prepared, _shapes(prepared, along))
-    if _of_force_in_white_noise(evaluated) > _SHIFTS_PATH:
-        along.append(prepared.along_smoothed(evaluated[0][0].laid.regression.least_noise))
+    shapes = _under_white_noise(prepared, _shapes(prepared, along))
+    if _of_force(shapes) > _SHIFTS_PATH:
+        along.append(prepared.along_smoothed(along[0].regression.least_noise))
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
         along = [each.with_variance(variance) for each in along]
-        evaluated = _evaluate(prepared, _shapes(prepared, along))
+        shapes = _under_white_noise(prepared, _shapes(prepared, along))
+    evaluated = _evaluate(prepared, shapes)
     if not _white_noise_explains(evaluated):
         filters, probability = prepared.filters_along(along[0])
         behind = _behind(prepared, filters[0][1], along[0]) if filters and probability > SLIGHT else []
@@ -149,26 +150,30 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     return tuple(_account(part, share, prepared) for part, share in evaluated)
 
 
+class _Shape(NamedTuple):
+    """A law along several paths, and its accounts under white noise: without a force, and with one."""
+
+    paths: Sequence[Laid]
+    still: _Evaluated
+    forced: _Evaluated | None = None
+
+
+def _of_force(shapes: Sequence[_Shape]) -> float:
+    """Probability of a force if the noise is white."""
+    none = logsumexp([shape.still.log_evidence for shape in shapes])
+    force = logsumexp([shape.forced.log_evidence for shape in shapes if shape.forced is not None])
+    return float(expit(force - none))
+
+
 def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
     """Accounts behind filters like one, and their probabilities; the noise went through the filter too."""
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
-    shares, shapes = zip(*prepared.behind(filter_, laid), strict=True)
-    rough = [
-        _evaluated(each, prior, log_none + math.log(own)) for each, own in zip(shapes, shares, strict=True)
+    shapes = [
+        _Shape([each], _evaluated(each, prior, log_none + math.log(share)))
+        for share, each in prepared.behind(filter_, laid)
     ]
-    parts = _under_floor(prepared, [[each] for each in shapes], rough)
+    parts = _under_floor(prepared, shapes)
     return list(zip(parts, _probabilities(parts), strict=True))
-
-
-def _of_force_in_white_noise(evaluated: Sequence[tuple[_Evaluated, float]]) -> float:
-    """Probability of a force if the noise is white."""
-    none, force = (
-        logsumexp(
-            [part.log_evidence for part, _ in evaluated if part.of_white_noise and part.has_force is forced]
-        )
-        for forced in (False, True)
-    )
-    return float(expit(force - none))
 
 
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
@@ -189,26 +194,40 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
     return [along, free] if free[0].has_free_corners else [along]
 
 
-def _evaluate(prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]]) -> list[tuple[_Evaluated, float]]:
-    """All accounts and their probabilities; without a force along the fit, with one along any path.
+def _under_white_noise(prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]]) -> list[_Shape]:
+    """Accounts of white noise as it is; without a force along the fit, with one along any path."""
+    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
+    found = [_Shape(paths, _evaluated(paths[0], prior, log_none)) for paths in shapes]
+    probable = _probable([shape.still for shape in found])
+    return [
+        shape._replace(forced=_with_force(prepared, _quiet(shape), shape.still)) if likely else shape
+        for shape, likely in zip(found, probable, strict=True)
+    ]
+
+
+def _quiet(shape: _Shape) -> list[Laid]:
+    """The paths under the least noise that a sensor may have."""
+    return [laid.with_noise(_QUIETEST * shape.still.posterior.noise_sd) for laid in shape.paths]
+
+
+def _evaluate(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[tuple[_Evaluated, float]]:
+    """All accounts and their probabilities.
 
     Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
     is coloured, all accounts are evaluated under a floor.
     """
-    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
-    white = [_evaluated(paths[0], prior, log_none) for paths in shapes]
-    rough, coloured = tuple(white), [each for part in white for each in _as_it_is(part, [part.laid])]
-    best = max(part.log_evidence for part in (*rough, *coloured))
-    for paths, part in _probable(shapes, rough):
-        quiet = [laid.with_noise(_QUIETEST * part.posterior.noise_sd) for laid in paths]
-        forced = _with_force(prepared, quiet, part)
-        white.append(forced)
-        if forced.log_evidence > best + math.log(SLIGHT):
-            coloured += _as_it_is(forced, quiet)
+    white = [shape.still for shape in shapes]
+    coloured = [each for shape in shapes for each in _as_it_is(shape.still, [shape.still.laid])]
+    best = max(part.log_evidence for part in (*white, *coloured))
+    for shape in shapes:
+        if shape.forced is not None:
+            white.append(shape.forced)
+            if shape.forced.log_evidence > best + math.log(SLIGHT):
+                coloured += _as_it_is(shape.forced, _quiet(shape))
     shares = _probabilities([*white, *coloured])
     found = list(zip(white, shares, strict=False))
     if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
-        parts = _under_floor(prepared, shapes, rough)
+        parts = _under_floor(prepared, shapes)
         found += [(part, share * own) for part, own in zip(parts, _probabilities(parts), strict=True)]
     return found
 
@@ -218,12 +237,10 @@ def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
     return list(np.exp(log_evidence - logsumexp(log_evidence)).tolist())
 
 
-def _probable(
-    shapes: Sequence[Sequence[Laid]], parts: Sequence[_Evaluated]
-) -> list[tuple[Sequence[Laid], _Evaluated]]:
-    """Shapes that are not improbable without a force, with the account of each."""
+def _probable(parts: Sequence[_Evaluated]) -> list[bool]:
+    """Which are not improbable beside the best."""
     least = max(part.log_evidence for part in parts) + math.log(SLIGHT)
-    return [pair for pair in zip(shapes, parts, strict=True) if pair[1].log_evidence > least]
+    return [part.log_evidence > least for part in parts]
 
 
 def _with_force(prepared: PreparedDecay, paths: Sequence[Laid], still: _Evaluated) -> _Evaluated:
@@ -238,20 +255,21 @@ def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
     return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
 
 
-def _under_floor(
-    prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], rough: Sequence[_Evaluated]
-) -> list[_Evaluated]:
+def _under_floor(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[_Evaluated]:
     """All accounts, the noise nowhere below one floor: the least that a shape leaves near the motion.
 
     The silence behind a filter is no evidence against friction, or for a force in place of the noise.
     """
-    floor = min(each.noise_floor for each in rough)
-    stills = [_above(each.along(each.laid.with_noise(floor)), [each.laid], floor) for each in rough]
+    floor = min(shape.still.noise_floor for shape in shapes)
+    stills = []
+    for still in (shape.still for shape in shapes):
+        stills.append(_above(still.along(still.laid.with_noise(floor)), [still.laid], floor))
     parts = [part for still in stills for part in still]
     best = [max(still, key=lambda part: part.log_evidence) for still in stills]
-    for paths, part in _probable(shapes, best):
-        forced = _with_force(prepared, [laid.with_noise(floor) for laid in paths], part)
-        parts += _above(forced, paths, floor)
+    for shape, part, likely in zip(shapes, best, _probable(best), strict=True):
+        if likely:
+            forced = _with_force(prepared, [laid.with_noise(floor) for laid in shape.paths], part)
+            parts += _above(forced, shape.paths, floor)
     return parts
 
 
