@@ -40,9 +40,8 @@ FIELDS = {
     "elapsed_s",
 }
 FIGURES = {
-    f"{name}.{kind}"
+    f"{name}.svg"
     for name in ("overview", "candidates", "friction", "signal", "residual", "turning_points", "forecast")
-    for kind in ("png", "svg")
 }
 
 Signal = tuple[np.ndarray, np.ndarray]
@@ -121,8 +120,7 @@ def test_check_keeps_what_was_sampled(dragged: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop"
     options = ("--effects", "quadratic_drag", "--check", "--out", str(out))
     assert main(["close-loop", str(dragged), *SYSTEM, *options]) == 0
-    drawn = {f"{name}.{kind}" for name in ("ranks", "ess") for kind in ("png", "svg")}
-    assert drawn <= {path.name for path in out.iterdir()}
+    assert {"ranks.svg", "ess.svg"} <= {path.name for path in out.iterdir()}
     sampler = strict((out / "report.json").read_text())["reference_check"]["sampler"]
     with xr.open_datatree(out / "posterior.nc", engine="h5netcdf") as tree:
         reference = tree["reference"].load()

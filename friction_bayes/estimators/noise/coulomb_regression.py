@@ -329,15 +329,12 @@ class PreparedDecay:
         states[:, :2] = regression.states @ law + regression.known_states
         return self._along(replace(motion, states=states).at_frequency(change), laid.frequency * change)
 
-    def along_smoothed(self, least_noise: float) -> Laid:
-        """Regression along the motion smoothed under a random force, in natural units of its frequency.
-
-        The noise is at least ``least_noise``, natural units.
-        """
+    def along_smoothed(self) -> Laid:
+        """Regression along the motion smoothed under a random force, in natural units of its frequency."""
         decay, frequency = self.decay, self.decay.frequency
         clock = Clock.of(frequency * self.time, np.where(self._missing, np.inf, 1.0))
         motion = first_motion(self.signal / frequency**decay.order, clock, sensor_row(decay.order))
-        laid = self._along(motion, frequency).with_noise(least_noise)
+        laid = self._along(motion, frequency)
         for _ in range(_MOST_ROUNDS):
             regression = laid.regression
             guessed = integrate(Problem.of(regression), self.prior, only_mode=True)
@@ -345,7 +342,7 @@ class PreparedDecay:
             change = frequency_change(law[regression.stiffness])
             frequency *= change
             motion = regression.smoothed(law, guessed.best).at_frequency(change)
-            last, laid = laid.path, self._along(motion, frequency).with_noise(least_noise)
+            last, laid = laid.path, self._along(motion, frequency)
             if last.serves(laid.path.x, self.prior.centre):
                 break
         return laid

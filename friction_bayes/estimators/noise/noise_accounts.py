@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
-from scipy.special import expit, logsumexp
+from scipy.special import expit, logsumexp, softmax
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
@@ -134,7 +134,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     along = [prepared.along_fit()]
     shapes = _under_white_noise(prepared, _shapes(prepared, along))
     if _of_force(shapes) > _SHIFTS_PATH:
-        along.append(prepared.along_smoothed(along[0].regression.least_noise))
+        along.append(prepared.along_smoothed())
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
         along = [each.with_variance(variance) for each in along]
@@ -228,13 +228,18 @@ def _evaluate(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[tuple[_
     found = list(zip(white, shares, strict=False))
     if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
         parts = _under_floor(prepared, shapes)
-        found += [(part, share * own) for part, own in zip(parts, _probabilities(parts), strict=True)]
+        for part, own in zip(parts, _probabilities(parts), strict=True):
+            same = [k for k, each in enumerate(white) if part.of_white_noise and each.kind == part.kind]
+            if same:
+                # under the floor white noise is what it was
+                found[same[0]] = (white[same[0]], found[same[0]][1] + share * own)
+            else:
+                found.append((part, share * own))
     return found
 
 
 def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
-    log_evidence = np.array([part.log_evidence for part in parts])
-    return list(np.exp(log_evidence - logsumexp(log_evidence)).tolist())
+    return list(softmax([part.log_evidence for part in parts]).tolist())
 
 
 def _probable(parts: Sequence[_Evaluated]) -> list[bool]:

@@ -2,7 +2,7 @@ r"""The level of the sensor noise near the motion's frequency, and its colour ab
 
 The band far above the motion's frequency is no evidence about friction: filters, means over intervals and
 interpolation remove the corners of the motion together with the noise there, and a quiet band would count as
-evidence against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
+evidence against friction, or for a force in place of the noise. Coloured noise is therefore nowhere
 below its level ``sigma**2`` near the motion's frequency,
 
 .. math:: S(\omega) = \max(S_r(\omega), \sigma^2) \ (\omega > 2 \omega_0), \quad \sigma^2 \ \text{else},

@@ -64,7 +64,7 @@ class _Averaged:
 def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
     """Averages over the accounts; the fit under white noise where no other account counts.
 
-    The noise of the fit is then at least that of its account, estimated near the motion's frequency.
+    The noise of the fit is then at least that of its account.
     """
     louder = max(accounts[0].noise_sd / white.noise_sd, 1.0)
     exact = Mixture.of_student(white.coefficient).widened(louder)
@@ -167,8 +167,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, ()))
     answer = _averaged(white, accounts)
     doubts: tuple[str, ...] = ()
-    white_noise = accounts[0].probability >= 0.5 and not accounts[0].weaker_above
-    if not white_noise and fit.prediction is not None:
+    if accounts[0].probability < 0.5 and fit.prediction is not None:
         # remarks about residuals concern the interval under white noise, not this one
         doubts = residual_notes(decay.values - fit.prediction, fit.prediction)
     return replace(

@@ -6,7 +6,7 @@ A release from rest leaves a position that is even in the time since, whatever f
 
 over the first half cycle, and a constant before. A record that begins in motion has the odd terms too, and no
 hold. Both are fitted to the first half period and compared by their likelihood at the most probable noise. A
-priori a hold is as probable as every effect, and it ends at any sample within a quarter of a period. An
+priori one record in ten has a hold, and it ends at any sample within a quarter of a period. An
 acceleration is not tested: its jump at the release is visible, and alike those at turning points.
 """
 
@@ -18,11 +18,12 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.mechanics.effects.inclusion import prior_log_odds
 from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["held_samples"]
 
+_LOG_ODDS = math.log(0.1 / 0.9)
+"""Of a hold, a priori."""
 _FINENESS = 8
 """Number of release times that are tried between two samples."""
 _HARMONICS = np.array([1.0, 2.0])
@@ -46,7 +47,7 @@ def held_samples(decay: FreeDecay) -> int:
     misfits = [_misfit(_released(time - angle * at, order), values) for at in releases]
     best = int(np.argmin(misfits))
     gain = 0.5 * values.size * math.log((_misfit(in_motion, values) + least) / (misfits[best] + least))
-    return math.ceil(releases[best]) if gain + prior_log_odds() > math.log(longest) else 0
+    return math.ceil(releases[best]) if gain + _LOG_ODDS > math.log(longest) else 0
 
 
 def _released(since: Array, order: int) -> Array:

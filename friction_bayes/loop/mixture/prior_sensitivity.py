@@ -5,8 +5,8 @@ Coefficients of effects are normal, scaled by the set-up. Were all priors :math:
 
 .. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
 
-(importance weights, Kallioinen et al., Stat. Comput. 34, 2024). With another prior probability of each
-effects, the weight of a draw is the ratio of those of its number of them.
+(importance weights, Kallioinen et al., Stat. Comput. 34, 2024). With another number of effects
+expected, the weight of a draw is the ratio of the prior probabilities of its set among all of the catalogue.
 """
 
 from __future__ import annotations

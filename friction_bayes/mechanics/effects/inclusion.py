@@ -24,7 +24,7 @@ from friction_bayes.mechanics.effects.registry import EFFECTS
 __all__ = ["EXPECTED", "inclusion", "log_probability", "prior_log_odds"]
 
 EXPECTED = 1.0
-"""Effects that are expected to act on a machine: as probable as not that none does."""
+"""Effects that are expected to act on a machine. Then none acts with probability one half."""
 
 
 def log_probability(acting: Indices | int, considered: int, expected: float = EXPECTED) -> Array:

@@ -19,8 +19,7 @@ from friction_bayes.mechanics.effects.prior import half_normal
 __all__ = ["PRESLIDING"]
 
 _ROUNDS = 4
-"""Of the distance: each reduces its error by about friction over the pull."""
-_SMALL = 1e-12
+"""Of Newton's method for the distance, after which its error is rounding but at the edge of the dead band."""
 
 
 @njit(nogil=True)
@@ -40,10 +39,12 @@ def _force(
     # on the way out friction is fully turned; within the dead band the contact sticks
     if p[i] <= 0.0 or x * direction >= 0.0 or pull <= friction:
         return 0.0
-    energy, ratio = 0.5 * mass * v * v / p[i], 0.0
+    energy = 0.5 * mass * v * v / p[i]
+    ratio = energy / (pull + friction)
     for _ in range(_ROUNDS):
-        turned = 1.0 if ratio < _SMALL else -math.expm1(-ratio) / ratio
-        ratio = energy / (pull + 0.5 * stiffness * p[i] * ratio + friction * (2.0 * turned - 1.0))
+        excess = (pull - friction + 0.5 * stiffness * p[i] * ratio) * ratio
+        excess -= 2.0 * friction * math.expm1(-ratio) + energy
+        ratio -= excess / (pull - friction + stiffness * p[i] * ratio + 2.0 * friction * math.exp(-ratio))
     return -2.0 * friction * direction * math.exp(-ratio)
 
 
