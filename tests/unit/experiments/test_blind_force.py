@@ -14,6 +14,7 @@ from experiments.blind.fluctuating import draw_fluctuating
 from experiments.blind.force_scoring import force_score, other_effects, without_force
 from experiments.blind.generator import KINDS, draw
 from experiments.blind.sealed import Truth
+from friction_bayes.mechanics.effects.inclusion import prior_log_odds
 
 TRUTH = draw_fluctuating("quadratic_drag", 3).truth
 
@@ -132,7 +133,8 @@ def test_a_rough_patch_is_no_fluctuation() -> None:
     )
     assert found.verdict not in ("adequate", "explained")
     by_position = [c["probability"] for c in found.candidates if "position_friction" in c["effects"]]
-    assert sum(by_position) > 0.5
+    odds = sum(by_position) / (1.0 - sum(by_position))
+    assert odds > 9.0 * math.exp(prior_log_odds())
 
 
 def test_a_stop_on_one_side_is_no_fluctuation() -> None:

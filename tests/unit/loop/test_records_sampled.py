@@ -50,7 +50,8 @@ def densely(fit: LawFit, row: int, theta: np.ndarray, r: int, *, forced: bool) -
     if forced:
         phase = regression.clock.phase
         ratio, tau = math.exp(theta[s + 1]) / math.sqrt(variance), math.exp(theta[s + 2])
-        stiffness, added = np.ones(phase.size - 1), regression.clock.feedback
+        stiffness, added = np.ones(phase.size - 1), np.tile(np.eye(2), (phase.size - 1, 1, 1))
+        added[regression.clock.acts] = regression.clock.feedback
         states = dense_covariance(phase, stiffness, tau, added)
         shows = np.kron(np.eye(phase.size), regression.row)
         covariance += (member.force * math.exp(theta[s + 1])) ** 2 * shows @ states @ shows.T

@@ -38,7 +38,7 @@ def fitted(effects: dict[str, float], seed: int) -> ForceFit:
     [
         ({"quadratic_drag.drag_coefficient": 15.0}, "a force proportional to the square of the velocity"),
         ({"viscous_damping.damping_ratio": 0.01}, "a force proportional to the velocity"),
-        ({"presliding.displacement": 3e-3}, "a pulse after each turning point"),
+        ({"presliding.displacement": 1e-3}, "a pulse after each turning point"),
     ],
 )
 def test_the_shape_is_that_of_the_effect_that_was_left_out(
