@@ -40,6 +40,8 @@ __all__ = [
 MOST_LAGS = 30
 _SAMPLES_PER_LAG = 8
 """A lag more is looked for in so many samples more."""
+_FAINTEST = 1e-10
+"""Spectral density over its mean below which it is rounding: an autoregression is singular without any."""
 _GRID = 4097
 """Frequencies from zero to Nyquist's at which spectra are compared."""
 _REGULAR = 1.0 - 1e-10
@@ -124,7 +126,7 @@ class Autoregression:
         """Log likelihood of so many samples over that of white noise of the same variance."""
         return -0.5 * samples * math.log(self.innovation_variance)
 
-    def levelled(self, level: float, angle: float, least: float) -> Autoregression:
+    def levelled(self, level: float, angle: float, least: float = _FAINTEST) -> Autoregression:
         """The same with a spectral density ``level`` below twice ``angle``, and at least ``least`` above."""
         omega = np.linspace(0.0, math.pi, _GRID)
         spectrum = np.where(omega < 2.0 * angle, level, np.maximum(self.spectrum(omega), least))

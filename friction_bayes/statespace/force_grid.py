@@ -215,7 +215,7 @@ def integrate(
         density(density.place(near))
         top = _climb(density, math.log(prior.tau_low), math.log(prior.tau_high))
         return Posterior(problem, [*points, density.point(top, 0.0)])
-    modes = _modes(density, problem.noise_before, near)
+    modes = _modes(density, near)
     if only_mode:
         return Posterior(problem, [*points, density.point(modes[0].place, 0.0)])
     for mode in modes:
@@ -266,9 +266,9 @@ class _Mode(NamedTuple):
     high: float
 
 
-def _modes(density: _Density, noise: float, near: GridPoint | None) -> list[_Mode]:
+def _modes(density: _Density, near: GridPoint | None) -> list[_Mode]:
     """Modes that count, the best first: climbed to within each stretch of correlation times that has one."""
-    crest = _crest(density, noise, near)
+    crest = _crest(density, near)
     prior = density.prior
     bounds = [math.log(prior.tau_low), *crest[valleys(crest[:, 2]), 1], math.log(prior.tau_high)]
     stretches = list(pairwise(bounds))
@@ -283,7 +283,7 @@ def _modes(density: _Density, noise: float, near: GridPoint | None) -> list[_Mod
     return [mode for mode in found if density(mode.place) > best - 2.0 * _DEPTH]
 
 
-def _crest(density: _Density, noise: float, near: GridPoint | None) -> Array:
+def _crest(density: _Density, near: GridPoint | None) -> Array:
     """Best sizes in the middle of each strip of correlation times: ``u``, ``log tau``, log density, in rows.
 
     From the best of some sizes at one correlation time, or from that of ``near``, strip by strip outward.
@@ -292,6 +292,7 @@ def _crest(density: _Density, noise: float, near: GridPoint | None) -> Array:
     edges = np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), _STRIPS + 1)
     middles = 0.5 * (edges[1:] + edges[:-1])
     first = _STRIPS // 2
+    noise = density.problem.noise_before
     low, high = (math.log(share * prior.centre / noise) for share in _REACH)
     log_sizes = np.linspace(low, high, 7)[1:-1] + math.log(at_resonance(math.exp(middles[first])))
     start = max((np.array([size, middles[first]]) for size in log_sizes), key=density)

@@ -31,10 +31,17 @@ from friction_bayes.decay.phase_tracking import tracked_phase
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
 
-__all__ = ["EXACT_TO", "FASTER", "SURELY_FASTER", "FasterLoss", "faster_loss", "loss_of_amplitude"]
+__all__ = [
+    "EXACT_TO",
+    "LOG_ODDS_OF_FASTER",
+    "SURELY_FASTER",
+    "FasterLoss",
+    "faster_loss",
+    "loss_of_amplitude",
+]
 
-FASTER = 0.1
-"""Prior probability of a loss not by dry friction alone."""
+LOG_ODDS_OF_FASTER = math.log(0.1 / 0.9)
+"""Of a loss not by dry friction alone, a priori."""
 SURELY_FASTER = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
 
@@ -123,7 +130,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     exponents = stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
-    log_odds += math.log(FASTER / (1.0 - FASTER))
+    log_odds += LOG_ODDS_OF_FASTER
     return FasterLoss(float(expit(log_odds)), damped.coefficient)
 
 

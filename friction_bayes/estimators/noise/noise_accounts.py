@@ -167,9 +167,8 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
 
 def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
     """Accounts behind filters like one, and their probabilities; the noise went through the filter too."""
-    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
     shapes = [
-        _Shape([each], _evaluated(each, prior, log_none + math.log(share)))
+        _Shape([each], _without_force(prepared, each, math.log(share)))
         for share, each in prepared.behind(filter_, laid)
     ]
     parts = _under_floor(prepared, shapes)
@@ -196,8 +195,7 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
 
 def _under_white_noise(prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]]) -> list[_Shape]:
     """Accounts of white noise as it is; without a force along the fit, with one along any path."""
-    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
-    found = [_Shape(paths, _evaluated(paths[0], prior, log_none)) for paths in shapes]
+    found = [_Shape(paths, _without_force(prepared, paths[0])) for paths in shapes]
     probable = _probable([shape.still for shape in found])
     return [
         shape._replace(forced=_with_force(prepared, _quiet(shape), shape.still)) if likely else shape
@@ -246,6 +244,11 @@ def _probable(parts: Sequence[_Evaluated]) -> list[bool]:
     """Which are not improbable beside the best."""
     least = max(part.log_evidence for part in parts) + math.log(SLIGHT)
     return [part.log_evidence > least for part in parts]
+
+
+def _without_force(prepared: PreparedDecay, laid: Laid, log_shape: float = 0.0) -> _Evaluated:
+    """The account without a force of a shape of that log prior probability."""
+    return _evaluated(laid, prepared.prior.without_force, math.log(prepared.prior.none) + log_shape)
 
 
 def _with_force(prepared: PreparedDecay, paths: Sequence[Laid], still: _Evaluated) -> _Evaluated:

@@ -56,8 +56,6 @@ _FEWEST_MEANS = 2 * _PER_PERIOD
 """In two periods: fewer say nothing about a force, and the residual's own size is used."""
 PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
-_FAINTEST = 1e-10
-"""Spectral density over the mean below which it is rounding: an autoregression is singular without any."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which noise that rises with frequency is evaluated."""
 
@@ -68,8 +66,6 @@ class SensorNoise:
 
     Attributes
     ----------
-    floor : float
-        Sd of white noise of the level near the motion's frequency.
     colour : Autoregression or None
         Of the noise; None where it is white.
     coloured_floor : float
@@ -78,7 +74,6 @@ class SensorNoise:
         Whether the residual is weaker than white noise of that level, as behind a filter.
     """
 
-    floor: float
     colour: Autoregression | None
     coloured_floor: float
     weaker_above: bool
@@ -135,7 +130,7 @@ def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, ev
         Whether the samples are evenly spaced; without, no colour is looked for.
     """
     own, variance = burg(residual, fitted)
-    white = SensorNoise(floor, None, floor, weaker_above=own.order > 0 and floor**2 > variance)
+    white = SensorNoise(None, floor, weaker_above=own.order > 0 and floor**2 > variance)
     if own.order == 0 or not even:
         return white
     angle = float(phase[-1] - phase[0]) / (phase.size - 1)
@@ -154,7 +149,7 @@ def own_colour(residual: Array, phase: Array, fitted: int) -> Autoregression | N
     if own.order == 0:
         return None
     angle = float(phase[-1] - phase[0]) / (phase.size - 1)
-    return own.levelled(own.level(angle * _OCTAVE), angle, _FAINTEST)
+    return own.levelled(own.level(angle * _OCTAVE), angle)
 
 
 def _samples_in_mean(phase: Array) -> int:

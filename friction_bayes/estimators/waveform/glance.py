@@ -20,7 +20,7 @@ from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
-from friction_bayes.estimators.envelope.loss_of_amplitude import FASTER, SURELY_FASTER
+from friction_bayes.estimators.envelope.loss_of_amplitude import LOG_ODDS_OF_FASTER, SURELY_FASTER
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
     ComparedForces,
@@ -57,7 +57,7 @@ _FEWEST = 12
 """Half cycles below which amplitudes scatter too little or too much by chance for a short form."""
 _LAGS_AT_A_TIME, _NEAR = 6, 2000
 """Lags that one reading gives products of, and values that are read for all lags while they are near."""
-_ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - math.log(FASTER / (1.0 - FASTER))
+_ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - LOG_ODDS_OF_FASTER
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
 

@@ -29,8 +29,6 @@ __all__ = ["Colour", "colour_near_motion", "colour_of", "is_coloured"]
 
 _GRID = 1025
 """Frequencies of a spectrum whose transform is the correlation of the noise."""
-_FAINTEST = 1e-10
-"""Spectral density over its mean below which it is negligible."""
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
@@ -81,7 +79,7 @@ def colour_of(residual: Array, fitted: int) -> Colour | None:
     """Colour of the residual of a law with so many coefficients, shape (n,); None where that is white."""
     own, _ = burg(residual, fitted)
     # behind a filter that removes everything an autoregression is singular to rounding
-    return Colour(own.levelled(_FAINTEST, 0.0, _FAINTEST)) if own.order else None
+    return Colour(own.levelled(0.0, 0.0)) if own.order else None
 
 
 def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:
