@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.bridge import bridged_log_evidence
-from experiments.laplace_evidence import log_evidence
 from experiments.runner import Cell, Experiment, main
-from experiments.simulated_fit import simulated_fit
+from experiments.simulation.bridge import bridged_log_evidence
+from experiments.simulation.fit import LoopFit
+from experiments.simulation.laplace_evidence import log_evidence
+from experiments.simulation.simulated_fit import simulated_fit
 from experiments.tables import Row
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["CASES", "EXPERIMENT", "fit_of_case"]
 

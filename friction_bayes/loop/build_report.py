@@ -20,6 +20,7 @@ from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import with_forecasts
+from friction_bayes.loop.checks.noise_tests import tests_before
 from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import (
     Distribution,
@@ -39,7 +40,6 @@ from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     credible_count,
 )
-from friction_bayes.loop.simulation.residual_tests import residual_tests
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["build_report"]
@@ -73,7 +73,7 @@ def build_report(
     model = before.model
     segment, unit, traces = model.segments[0], friction_scale(model)[1], judged.traces
     effects = in_catalogue_order(mixture.sets[0])
-    residual: dict[str, Any] = {"before": residual_tests(before).to_dict(), "after": best.tests.to_dict()}
+    residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": best.tests.to_dict()}
     fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
     reference, sampled = _reference_check(judged, effects, options)
     if reference_force is not None:

@@ -18,10 +18,11 @@ from friction_bayes.loop.data.friction import (
     reported_friction,
 )
 from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.friction_range import coulomb_alone, friction_range
+from friction_bayes.loop.report.friction_range import Reading, friction_range
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
@@ -117,7 +118,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
-    alone = coulomb_alone(before, rng_before)
+    alone = Reading("Coulomb friction alone", before.friction(rng_before, DRAWS))
     readings = [alone, candidates.reading] if word == UNEXPLAINED else []
     return Judgement(
         word=word,

@@ -14,16 +14,9 @@ MOST_SHOWN = 7
 _MOST_IN_A_LINE = 3
 
 _MEANINGS = {
-    "phase": "shape within a cycle",
-    "turning_points": "amplitude over time",
-    "half_periods": "timing over time",
-    "centres": "centre of the swing over time",
-    "direction": "difference between the two directions",
-    "rest": "level at rest",
     "whiteness": "correlation between samples",
     "spectrum": "lines in the spectrum",
     "tails": "outliers",
-    "saturation": "flat stretches at an end of the sensor's range",
     "force_by_velocity": "random force against velocity",
     "force_by_position": "random force against position",
     "friction_by_position": "friction in one tenth of the travel",

@@ -6,9 +6,9 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
-from experiments.bridge import bridged_log_evidence
-from experiments.laplace_evidence import log_evidence
 from experiments.loop_evidence import Config, fit_of_case
+from experiments.simulation.bridge import bridged_log_evidence
+from experiments.simulation.laplace_evidence import log_evidence
 
 SHORT = Config(duration=4.0, steps=210)
 

@@ -96,9 +96,13 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
         },
         residual={
             "before": tests
-            | {"passes": False, "failed": ["phase"], "channels": {"phase": channel, "tails": channel}},
+            | {
+                "passes": False,
+                "failed": ["whiteness"],
+                "channels": {"whiteness": channel, "tails": channel},
+            },
             "after": tests
-            | {"passes": True, "failed": [], "channels": {"phase": channel | {"p_value": 0.4}}},
+            | {"passes": True, "failed": [], "channels": {"whiteness": channel | {"p_value": 0.4}}},
         },
         noise={"model": "ar", "order": 3, "sd": 1e-4, "correlation_length_s": 0.02},
         paper_procedure={

@@ -8,7 +8,7 @@ every column. One that passes is random; one that fails and is large is an effec
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,15 +16,14 @@ import numpy as np
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.added_forces import ScoreTest, added_forces
 from friction_bayes.loop.checks.force_shapes import Shape, best_shape, stops
+from friction_bayes.loop.checks.noise_tests import Channel, ResidualTests, noise_tests
 from friction_bayes.loop.infer.knocks import jump_tails
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.simulation.residual_tests import Channel, ResidualTests, far_residuals, largest_line
 
-__all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
+__all__ = ["Dependence", "LeftOver", "what_is_left"]
 
 _JUMPS = "force_jumps"
 
@@ -110,41 +109,22 @@ class LeftOver(ResidualTests):
 def what_is_left(fit: ForceFit) -> LeftOver:
     """Tests of the residual of the best law and its random force."""
     x = fit.innovations[np.isfinite(fit.clock.variance)]
-    white = whiteness(x)
-    line, line_p = largest_line(x)
-    channels = [
-        Channel("whiteness", white.statistic, white.lags, white.p_value),
-        Channel("spectrum", line, 2, line_p),
-        far_residuals(x),
-    ]
     binned = dict(_binned_forces(fit))
     best = fit.posterior.best
     kurtosis, independent, p_value = jump_tails(fit.regression, fit.coefficients, best)
-    channels.append(Channel(_JUMPS, kurtosis, int(independent), p_value))
+    jumps = Channel(_JUMPS, kurtosis, int(independent), p_value)
     dependences = (
         *(_dependence(fit, on, bins) for on, bins in binned.items()),
         _one_of(fit, "friction_by_position", binned["position"][:, settings.SETTINGS.travel_bins :]),
         _one_of(fit, "force_by_stop", stops(fit.path)[1]),
     )
     left = LeftOver(
-        channels=(*channels, *(d.channel for d in dependences)),
+        channels=(*noise_tests(x), jumps, *(d.channel for d in dependences)),
         dependences=dependences,
         near_motion=_near_motion(fit, x),
         rms=float(best.noise * fit.unit * np.sqrt(np.mean(x**2))),
     )
     return left if left.worst is None else replace(left, shape=best_shape(fit, binned[left.worst.on]))
-
-
-def worst_of(records: Sequence[LeftOver]) -> ResidualTests:
-    """Each test at the record where it is worst, its p-value that of the least of as many."""
-    if len(records) == 1:
-        return records[0]
-    channels = []
-    for same in zip(*(left.channels for left in records), strict=True):
-        least = min(same, key=lambda channel: channel.p_value)
-        p_value = -math.expm1(len(same) * math.log1p(-min(least.p_value, 1.0 - 1e-12)))
-        channels.append(replace(least, p_value=p_value))
-    return ResidualTests(tuple(channels), math.sqrt(float(np.mean([left.rms**2 for left in records]))))
 
 
 def _near_motion(fit: ForceFit, innovations: Array) -> float:

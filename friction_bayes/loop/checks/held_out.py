@@ -11,9 +11,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit, refitted
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
-from friction_bayes.loop.simulation.derivatives import signal_derivatives
-from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record
 
 __all__ = [
     "Forecast",
@@ -59,33 +58,29 @@ class Forecast:
         return np.asarray((self.signal - self.mean)[self.free])
 
 
-def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
-    """Forecasts of the rest of each moving record from a fit of the first 70 %; empty where that fails.
+def forecast_records(fit: CoulombFit) -> tuple[Forecast, ...]:
+    """Forecasts of the rest of each moving record by Coulomb friction, fitted anew to the first 70 %.
 
-    The mean is the prediction at the posterior mode; the variance is that of the coordinates, linearised over
-    steps of their standard deviations, and that of the noise.
+    The mean is the prediction at the posterior mode, the standard deviation that of the noise; empty where
+    the fit fails.
     """
-    model = fit.model
+    model, forecasts = fit.model, []
     heads = [int(settings.SETTINGS.fitted_share * segment.moving) for segment in model.segments]
-    first = model.of_first_samples(heads)
-    again = fit_growing_record(first, fit.noise_models, fit.z, share=0.5)
+    again = refitted(model.of_first_samples(heads), fit.z, 0.5)
     if again is None:
         return ()
-    covariance, forecasts = again.covariance, []
     for r, (segment, head) in enumerate(zip(model.segments, heads, strict=True)):
         predicted = model.predict(again.z, r)
         if predicted is None:
             return ()
         rest = slice(head, segment.moving)
-        steps = np.sqrt(np.diag(covariance))
-        moved = signal_derivatives(model, again.z, r, predicted, steps=steps)[rest]
-        noise = float(np.mean(again.free_residuals[r] ** 2))
+        mean = predicted.signal[rest]
         forecasts.append(
             Forecast(
                 time=segment.decay.start_time + segment.time[rest],
                 signal=segment.values[rest],
-                mean=predicted.signal[rest],
-                sd=np.sqrt(np.sum((moved @ covariance) * moved, axis=1) + noise),
+                mean=mean,
+                sd=np.full(mean.size, float(np.std(again.free_residuals[r]))),
                 free=segment.free[rest],
             )
         )

@@ -168,10 +168,6 @@ class LoopModel:
         j = self.index(name, effect=effect, record=record)
         return np.asarray(self.coordinates[j].value(z[..., j]))
 
-    def numbered(self, name: str, c: Coordinate) -> str:
-        """The name with the number of the coordinate's record, where there are several."""
-        return f"{name}[{c.record}]" if len(self.segments) > 1 and c.record != SHARED else name
-
     def record_parameters(self, z: Array, r: int) -> RecordParameters:
         """Values of the parameters that act on record ``r``."""
         own: dict[str, float] = {}
@@ -196,22 +192,18 @@ class LoopModel:
         order = self.segments[0].order
         return self.system.moving * ratio ** (order - 2), self.system.stiffness * ratio**order
 
-    def shortened(self, samples: Sequence[int]) -> tuple[Segment, ...]:
-        """The first samples of each segment."""
-        return tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
-
     def with_effects(self, names: Sequence[str]) -> LoopModel:
         """The same records with other effects, in the catalogue's order."""
         return LoopModel(self.system, self.segments, tuple(name for name in EFFECTS if name in names))
 
     def of_first_samples(self, samples: Sequence[int]) -> LoopModel:
         """The same model, priors included, of the first samples of each record."""
-        return replace(self, segments=self.shortened(samples), whole=self.whole or self.segments)
+        heads = tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
+        return replace(self, segments=heads, whole=self.whole or self.segments)
 
-    def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
-        """Prediction of record ``r`` (or a shortened ``segment``); None when the motion is not finite."""
-        seg = self.segments[r] if segment is None else segment
-        return self.predict_at(z, r, seg.time)
+    def predict(self, z: Array, r: int) -> Prediction | None:
+        """Prediction of record ``r``; None when the motion is not finite."""
+        return self.predict_at(z, r, self.segments[r].time)
 
     def predict_at(
         self,

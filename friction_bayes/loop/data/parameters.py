@@ -134,11 +134,6 @@ class Coordinate:
         return 0.0 if self.prior.family == "uniform" else 1.0
 
     @property
-    def least_precision(self) -> float:
-        """Precision whose normal volume is the range of a flat prior: no posterior is wider."""
-        return 2.0 * math.pi if self.prior.family == "uniform" else 0.0
-
-    @property
     def coordinate_bounds(self) -> tuple[float, float]:
         """The bounds as coordinates."""
         if self.prior.family == "log-normal":
@@ -155,14 +150,6 @@ class Coordinate:
         if p.family == "uniform":
             return 0.0, 1.0
         return (p.low - p.location) / p.scale, (p.high - p.location) / p.scale
-
-    @property
-    def log_normalisation(self) -> float:
-        """Logarithm of the prior density of the coordinate at zero distance, within its support."""
-        if self.prior.family == "uniform":
-            return 0.0
-        low, high = self.support
-        return -0.5 * math.log(2.0 * math.pi) - math.log(special.ndtr(high) - special.ndtr(low))
 
 
 def scales_of(segments: Sequence[Segment], system: Oscillator) -> Scales:

@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.coulomb_fit import coulomb_fit
 from friction_bayes.loop.infer.moving_record import MovingRecord
-from friction_bayes.loop.simulation.coulomb import coulomb_fit
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["CoulombMotion", "coulomb_motion"]
@@ -34,7 +36,8 @@ def coulomb_motion(record: MovingRecord) -> CoulombMotion | None:
         be fitted, or its mass stops or does not turn within the samples.
     """
     n = record.samples
-    fit = coulomb_fit(record.system, (record.segment,), (n,))
+    model = LoopModel(record.system, (record.segment,), (SENSOR_OFFSET.name,))
+    fit = coulomb_fit(model.of_first_samples([n]))
     if fit is None or math.isfinite(fit.predictions[0].stop_time):
         return None
     w0 = record.system.natural_frequency * math.exp(float(fit.model.value(fit.z, LOG_FREQUENCY_RATIO)))

@@ -1,22 +1,15 @@
-"""Truncated normal distributions: the probability of a box, and draws from within it."""
+"""Truncated normal distributions: the probability of an interval, and draws from within a box."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp, ndtri_exp
+from scipy.special import log_ndtr, ndtri_exp
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["log_box_probability", "log_interval_probability", "truncated_draws"]
-
-
-_INSIDE = 1e-9
-"""Log-probability of missing an end below which the end does not count."""
-_MOST_JOINT = 6
-_NODES = {1: 1, 2: 48, 3: 24, 4: 14, 5: 9, 6: 6}
-"""Nodes a coordinate, by the number of coordinates."""
+__all__ = ["interval_quantile", "log_interval_probability", "truncated_draws"]
 
 
 def log_interval_probability(low: Array, high: Array) -> Array:
@@ -36,45 +29,7 @@ def log_interval_probability(low: Array, high: Array) -> Array:
     return np.asarray(upper + np.log1p(-np.minimum(ratio, 1.0 - 1e-15)))
 
 
-def log_box_probability(mean: Array, covariance: Array, low: Array, high: Array) -> float:
-    """Log-probability that a multivariate normal lies in a box, however far out.
-
-    Genz's transformation (J. Comput. Graph. Stat. 1, 1992): coordinate after coordinate, the least probable
-    first, each conditional on those before it; a product of Gauss and Legendre's rules over their ranks.
-    Coordinates far inside are left out; of more than six the others count as independent.
-
-    Parameters
-    ----------
-    mean, low, high : ndarray, shape (k,)
-    covariance : ndarray, shape (k, k)
-    """
-    sd = np.sqrt(np.diag(covariance))
-    alone = log_interval_probability((low - mean) / sd, (high - mean) / sd)
-    order = np.argsort(alone, kind="stable")
-    order = order[alone[order] < -_INSIDE]
-    if order.size == 0:
-        return 0.0
-    joint, rest = order[:_MOST_JOINT], order[_MOST_JOINT:]
-    scale = sd[joint]
-    correlation = covariance[np.ix_(joint, joint)] / np.outer(scale, scale)
-    root = np.linalg.cholesky(correlation + 1e-12 * np.eye(joint.size))
-    a, b = (low[joint] - mean[joint]) / scale, (high[joint] - mean[joint]) / scale
-    ranks, weights = np.polynomial.legendre.leggauss(_NODES[joint.size])
-    ranks, log_weights = 0.5 + 0.5 * ranks, np.log(0.5 * weights)
-    scores = np.empty((1, 0))
-    log_mass = np.zeros(1)
-    for i in range(joint.size):
-        centre = scores @ root[i, :i]
-        ends = (a[i] - centre) / root[i, i], (b[i] - centre) / root[i, i]
-        log_mass = log_mass + log_interval_probability(*ends)
-        if i + 1 < joint.size:
-            drawn = _interval_quantile(ends[0][:, None], ends[1][:, None], ranks)
-            scores = np.column_stack([np.repeat(scores, ranks.size, axis=0), drawn.ravel()])
-            log_mass = (log_mass[:, None] + log_weights).ravel()
-    return float(logsumexp(log_mass)) + float(alone[rest].sum())
-
-
-def _interval_quantile(low: Array, high: Array, rank: Array) -> Array:
+def interval_quantile(low: Array, high: Array, rank: Array) -> Array:
     """Quantile of a standard normal cut to an interval, however far out."""
     flip = high > -low
     near, far = np.where(flip, -low, high), np.where(flip, -high, low)
@@ -108,7 +63,7 @@ def truncated_draws(
             continue
         centre = mean[i] + normal[:, :k] @ root[k, :k]
         a, b = (low[i] - centre) / root[k, k], (high[i] - centre) / root[k, k]
-        normal[:, k] = _interval_quantile(a, b, 1.0 - rng.random(draws))
+        normal[:, k] = interval_quantile(a, b, 1.0 - rng.random(draws))
         if k:
             log_weight += log_interval_probability(a, b)
     out = np.empty_like(normal)

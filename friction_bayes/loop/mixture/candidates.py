@@ -15,9 +15,10 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.contradictions import contradictions
-from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left, worst_of
+from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
 from friction_bayes.loop.checks.forecast import forecast
 from friction_bayes.loop.checks.held_out import Forecast
+from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
@@ -25,13 +26,13 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit, coulomb_model
 from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.cells import cells_of
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
-from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
@@ -47,9 +48,6 @@ from friction_bayes.loop.report.motion_trace import motion_trace
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
-from friction_bayes.loop.simulation.coulomb import coulomb_model
-from friction_bayes.loop.simulation.fit import LoopFit, fit_model
-from friction_bayes.loop.simulation.residual_tests import ResidualTests
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -62,7 +60,7 @@ class Candidates:
 
     Parameters
     ----------
-    before : LoopFit
+    before : CoulombFit
         The Coulomb model alone.
     fit : LawFit
     tolerance : float
@@ -81,7 +79,7 @@ class Candidates:
         The steps that led to them.
     """
 
-    def __init__(self, before: LoopFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
+    def __init__(self, before: CoulombFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
         self.before, self.fit = before, fit
         self._tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
@@ -360,12 +358,11 @@ class Candidates:
         )
 
     def simulated(self) -> tuple[LoopModel, Array]:
-        """The most probable law, fitted to the first record as far as it follows that."""
+        """The most probable law, with the state at the start of the first record."""
         law = drawn_contender(self.laws.of_first, self._of_best)
         if law is None:
             return self.before.model, self.before.z
-        fit = fit_model(law.model, [NoiseModel()], law.z)
-        return law.model, law.z if fit is None else fit.z
+        return law.model, law.z
 
     def resisting_force(self) -> ResistingForce:
         fit, law = self.best[0], self.best[0].law

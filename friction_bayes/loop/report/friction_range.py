@@ -10,18 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.data.parameters import FRICTION
-from friction_bayes.loop.infer.law_draws import DRAWS
-from friction_bayes.loop.infer.truncated_normal import truncated_draws
-from friction_bayes.loop.simulation.fit import LoopFit
-from friction_bayes.loop.simulation.residual_tests import residual_tests
-from friction_bayes.loop.simulation.robust_covariance import robust_covariance
 
-__all__ = ["Reading", "coulomb_alone", "friction_range"]
+__all__ = ["Reading", "friction_range"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,15 +30,6 @@ class Reading:
 
     what: str
     friction: Array
-
-
-def coulomb_alone(fit: LoopFit, rng: np.random.Generator) -> Reading:
-    """Friction by the Coulomb model alone."""
-    # where the residual is more than noise, the draws include its scatter
-    spread = robust_covariance(fit) if residual_tests(fit).failed else fit.covariance
-    # of the normal approximation, cut to the support
-    drawn = truncated_draws(fit.centre[0], spread, *fit.model.support, rng, DRAWS)
-    return Reading("Coulomb friction alone", np.asarray(fit.model.value(drawn, FRICTION)))
 
 
 def friction_range(readings: Sequence[Reading], factor: float, unit: str) -> dict[str, Any]:

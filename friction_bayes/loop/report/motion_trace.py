@@ -5,24 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.loop.data.friction import friction_scale
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.loop.infer.law_draws import LawDraws
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.report.knock_notes import knock_times
 from friction_bayes.loop.report.result import FluctuationTrace, RecordTrace
-from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.statespace.measured_path import MeasuredPath
 
 __all__ = ["motion_trace"]
 
 
-def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, fluctuates: bool) -> RecordTrace:
+def motion_trace(
+    fit: ForceFit, before: CoulombFit, r: int, draws: LawDraws, *, fluctuates: bool
+) -> RecordTrace:
     """Record ``r`` of the Coulomb model ``before``, and its analysis.
 
     Parameters
     ----------
     fit : ForceFit
         The record under the most probable candidate.
-    before : LoopFit
+    before : CoulombFit
     r : int
     draws : LawDraws
         Of the record.

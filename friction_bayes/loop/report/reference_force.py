@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.simulation.fit import LoopFit
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
@@ -44,7 +44,7 @@ class ResistingForce:
         return self.law if self.fluctuation is None else self.law + self.fluctuation
 
 
-def resisting_force(fit: LoopFit) -> Array:
+def resisting_force(fit: CoulombFit) -> Array:
     """Force that resists the motion of the first record, shape (n,) [N or N m].
 
     Everything that is not inertia or spring, ``-(m x'' + R(x))``, in the direction of the velocity while it
@@ -84,13 +84,13 @@ def validate_force(segment: Segment, measured: ArrayLike) -> Array:
 
 
 def compare_forces(
-    before: LoopFit, after: ResistingForce, measured: Array
+    before: CoulombFit, after: ResistingForce, measured: Array
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Comparison of a measured friction force with two models, over the samples used of the first record.
 
     Parameters
     ----------
-    before : LoopFit
+    before : CoulombFit
         The Coulomb model alone.
     after : ResistingForce
         Of the final model; the samples that it has are compared.

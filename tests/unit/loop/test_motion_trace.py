@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from friction_bayes.loop.infer.coulomb_fit import coulomb_model
 from friction_bayes.loop.infer.law_draws import draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.report.motion_trace import motion_trace
-from friction_bayes.loop.simulation.coulomb import coulomb_model
 from unsteady_decays import SYSTEM, fitted, sensed, unsteady_motion
 
 

@@ -10,9 +10,8 @@ from scipy import stats
 
 from decays import SYSTEM, long_decay
 from dense_force import dense_covariance
-from friction_bayes.loop.data.model import LoopModel
+from experiments.simulation.simulated_fit import simulated_fit
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.report.next_experiment import (
     Contender,
     expected_log_bayes_factor,
@@ -21,8 +20,6 @@ from friction_bayes.loop.report.next_experiment import (
     proposals,
     rival_prediction,
 )
-from friction_bayes.loop.simulation.coulomb import starting_point
-from friction_bayes.loop.simulation.fit import fit_growing_record
 from friction_bayes.statespace.kalman import Clock, sensor_row
 
 
@@ -54,9 +51,7 @@ def test_expected_log_bayes_factor_is_the_integral(prior_sd: float) -> None:
 
 def fitted(*effects: str) -> Contender:
     record = long_decay(duration=6.0, seed=5, effects={"viscous_damping.damping_ratio": 0.002})
-    model = LoopModel(SYSTEM, cut_records([record], SYSTEM), effects)
-    fit = fit_growing_record(model, [NoiseModel()], starting_point(model))
-    assert fit is not None
+    fit = simulated_fit(cut_records([record], SYSTEM)[0], SYSTEM, effects, {})
     return Contender(model=fit.model, z=fit.z, covariance=fit.covariance, noise_sd=fit.noises[0].sd)
 
 

@@ -12,8 +12,8 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
 from evidence_without_force import log_evidence_without_force
-from experiments.laplace_evidence import log_evidence
-from experiments.simulated_fit import simulated_fit
+from experiments.simulation.laplace_evidence import log_evidence
+from experiments.simulation.simulated_fit import simulated_fit
 from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES

@@ -35,7 +35,7 @@ def test_summary_is_a_table_of_quantities(loop_report: LoopReport) -> None:
         ("amplitude", [], "half the amplitude"),
         ("time", [], "at once without touching it"),
         (None, ["whiteness", "tails"], "at rest with the same sensor"),
-        (None, ["whiteness", "phase"], "Repeat the release twice"),
+        (None, ["whiteness", "force_by_velocity"], "Repeat the release twice"),
         (None, [], "Repeat the release twice"),
     ],
 )
@@ -49,6 +49,6 @@ def test_what_to_measure_next_where_nothing_explains(
 
 
 def test_several_records_that_nothing_explains_are_to_be_looked_at_one_by_one() -> None:
-    assert "each record by itself" in experiment_on_unexplained(None, ["phase"], [], 2)
+    assert "each record by itself" in experiment_on_unexplained(None, ["force_by_velocity"], [], 2)
     assert "half the amplitude" in experiment_on_unexplained("amplitude", [], [], 2)
     assert "--varying-friction" in experiment_on_unexplained("amplitude", [], ["records"], 2)

@@ -10,8 +10,8 @@ import pytest
 import decays
 import friction_bayes as fb
 from evidence_without_force import log_evidence_without_force
-from experiments.laplace_evidence import log_evidence
-from experiments.simulated_fit import simulated_fit
+from experiments.simulation.laplace_evidence import log_evidence
+from experiments.simulation.simulated_fit import simulated_fit
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.noise.robust_samples import come_anywhere

@@ -105,7 +105,17 @@ def test_few_tests_are_named_and_by_what_they_mean(
     loop_report: LoopReport, drawn: Mapping[str, bytes]
 ) -> None:
     fails, passes = {"p_value": 1e-14}, {"p_value": 0.4}
-    before = dict.fromkeys(["phase", "turning_points", "half_periods", "centres", "rest", "whiteness"], fails)
+    before = dict.fromkeys(
+        [
+            "force_by_velocity",
+            "force_by_position",
+            "force_by_amplitude",
+            "force_by_time",
+            "force_by_stop",
+            "whiteness",
+        ],
+        fails,
+    )
     after = dict.fromkeys(before, passes) | dict.fromkeys(["tails", "force_jumps", "spectrum"], fails)
     residual = {
         "before": loop_report.residual["before"] | {"channels": before, "failed": [*before]},
@@ -115,8 +125,17 @@ def test_few_tests_are_named_and_by_what_they_mean(
     html = page_of(replace(loop_report, residual=residual), drawn)
     named = [test for test in after if meaning(test) in html]
     # those that lines name, three of each, and one more in the table
-    assert named == ["phase", "turning_points", "half_periods", "centres", "tails", "force_jumps", "spectrum"]
-    assert "shape within a cycle, amplitude over time, timing over time and 3 more" in html
+    assert named == [
+        "force_by_velocity",
+        "force_by_position",
+        "force_by_amplitude",
+        "force_by_time",
+        "tails",
+        "force_jumps",
+        "spectrum",
+    ]
+    first = ", ".join(f"random force against {what}" for what in ("velocity", "position", "amplitude"))
+    assert f"{first} and 3 more" in html
     assert "2 more in report.json" in html
     assert not any(f">{name}<" in html for name in after)
 
@@ -284,7 +303,7 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     assert told["effects"].startswith("viscous damping   71.0 %   damping ratio 0.002 ± 5e-05")
     assert "4e-04 m before" in told["held-out error"] or "0.0004 m before" in told["held-out error"]
     assert "ratio 0.25" in told["held-out error"]
-    assert told["residual before"].endswith("fails 1 of 2 tests: shape within a cycle")
+    assert told["residual before"].endswith("fails 1 of 2 tests: correlation between samples")
     assert told["residual after"].endswith("passes all 1 tests")
     assert told["sensor noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
     assert "disagrees, because of viscous damping and successive drops" in told["paper's procedure"]

@@ -1,21 +1,20 @@
-"""Fit a loop model to whole signals: Levenberg and Marquardt on the posterior of a growing record."""
+"""Fit a loop model with any effects to whole signals: Levenberg and Marquardt on its posterior."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from experiments.simulation.objective import Curvature, Objective, Point
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.data.signal_derivatives import difference_steps
 from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel
-from friction_bayes.loop.simulation.objective import Curvature, Objective, Point
 
-__all__ = ["LoopFit", "fit_growing_record", "fit_model", "settle"]
+__all__ = ["LoopFit", "fit_model", "settle"]
 
 _ITERATIONS = 25
 _SETTLED = 0.02
@@ -26,13 +25,9 @@ _PROMISED_AT_LAST = 0.1 * _PROMISED
 """The same where an evidence is needed: along a flat ridge it changes faster than the deviance."""
 _NEAR = 0.1
 """Squared length of a step, in posterior standard deviations, over which the derivatives stay the same."""
-_STEP_SHARE = 0.2
-"""Difference step in posterior standard deviations: far above rounding, far below curvature."""
 _FIRST_DAMPING = 1e-3
 _LEAST_DAMPING = 1e-9
 _MOST_DAMPING = 1e8
-_FIRST_PERIODS = 3.0
-_GROWTH = 1.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +97,6 @@ def fit_model(
     model: LoopModel,
     noise_models: Sequence[NoiseModel],
     start: Array,
-    *,
-    segments: Sequence[Segment] | None = None,
-    iterations: int = _ITERATIONS,
 ) -> LoopFit | None:
     """The fit at the mode of the posterior, climbed to from a start.
 
@@ -119,25 +111,20 @@ def fit_model(
     model : LoopModel
     noise_models : sequence of NoiseModel
     start : ndarray, shape (p,)
-    segments : sequence of Segment, optional
-        Shortened records to fit instead of the model's own.
-    iterations : int
-        Most steps.
 
     Returns
     -------
     LoopFit or None
         None where the motion from the start does not stay finite.
     """
-    used = tuple(model.segments if segments is None else segments)
-    objective = Objective(model, tuple(noise_models), used)
+    objective = Objective(model, tuple(noise_models))
     point = objective.at(start)
     if point is None:
         return None
     damping = _FIRST_DAMPING
     steps = None
     curvature = objective.curvature(point, steps)
-    for _ in range(iterations):
+    for _ in range(_ITERATIONS):
         better, move, damping = _improved(objective, point, curvature, damping)
         if better is None:
             break
@@ -147,7 +134,7 @@ def fit_model(
         damping = max(damping / 8.0, _LEAST_DAMPING)
         if near and gain < _SETTLED:
             break
-        steps = _difference_steps(curvature.precision)
+        steps = difference_steps(curvature.precision)
         curvature = objective.curvature(point, steps, curvature.jacobians if near else None)
     # the last point with the last derivatives
     return _at(objective, point, objective.curvature(point, steps, curvature.jacobians))
@@ -163,11 +150,10 @@ def settle(fit: LoopFit) -> LoopFit:
     Parameters
     ----------
     fit : LoopFit
-        Of whole records.
     """
-    objective = Objective(fit.model, fit.noise_models, fit.model.segments)
+    objective = Objective(fit.model, fit.noise_models)
     point = Point(fit.z, fit.predictions, fit.noises, fit.deviance, fit.objective)
-    curvature = objective.curvature(point, _difference_steps(fit.precision))
+    curvature = objective.curvature(point, difference_steps(fit.precision))
     damping = _LEAST_DAMPING
     for _ in range(_ITERATIONS):
         move = _step(curvature.precision, curvature.gradient, point.z, fit.model.bounds)
@@ -178,7 +164,7 @@ def settle(fit: LoopFit) -> LoopFit:
             break
         point = better
         damping = max(damping / 8.0, _LEAST_DAMPING)
-        curvature = objective.curvature(point, _difference_steps(curvature.precision))
+        curvature = objective.curvature(point, difference_steps(curvature.precision))
     return _at(objective, point, curvature)
 
 
@@ -223,37 +209,3 @@ def _step(precision: Array, gradient: Array, z: Array, bounds: tuple[Array, Arra
     move = np.zeros(z.size)
     move[free] = cho_solve(cho_factor(precision[np.ix_(free, free)]), gradient[free])
     return move
-
-
-def _difference_steps(precision: Array) -> Array:
-    """A share of each coordinate's standard deviation with the others held, within sane bounds."""
-    return np.clip(_STEP_SHARE / np.sqrt(np.diag(precision)), 1e-7, 1e-2)
-
-
-def fit_growing_record(
-    model: LoopModel, noise_models: Sequence[NoiseModel], start: Array, *, share: float = 0.0
-) -> LoopFit | None:
-    """A fit of the first part of the records, then more and more of them, so that no cycle is slipped.
-
-    Parameters
-    ----------
-    model : LoopModel
-    noise_models : sequence of NoiseModel
-    start : ndarray, shape (p,)
-    share : float
-        Share of the moving samples to begin with; three periods at least.
-    """
-    counts = [segment.values.size for segment in model.segments]
-    periods = [2.0 * math.pi / (s.decay.frequency * s.decay.step) for s in model.segments]
-    pairs = zip(model.segments, periods, strict=True)
-    samples = [max(share * s.moving, _FIRST_PERIODS * period) for s, period in pairs]
-    z = start
-    while True:
-        used = [min(int(n), most) for n, most in zip(samples, counts, strict=True)]
-        if used == counts:
-            return fit_model(model, noise_models, z)
-        fit = fit_model(model, noise_models, z, segments=model.shortened(used), iterations=6)
-        if fit is None:
-            return None
-        z = fit.z
-        samples = [_GROWTH * n for n in samples]

@@ -12,9 +12,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.data.signal_derivatives import signal_derivatives
 from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel, fit_noise
-from friction_bayes.loop.simulation.derivatives import signal_derivatives
 
 __all__ = ["Curvature", "Objective", "Point"]
 
@@ -60,13 +59,10 @@ class Objective:
     model : LoopModel
     noise_models : tuple of NoiseModel
         Noise of each record.
-    segments : tuple of Segment
-        The samples that are fitted: those of the model, or the first of them.
     """
 
     model: LoopModel
     noise_models: tuple[NoiseModel, ...]
-    segments: tuple[Segment, ...]
 
     @cached_property
     def prior_precision(self) -> Array:
@@ -77,8 +73,8 @@ class Objective:
         """The objective; None where the motion is not finite. Coordinates are moved within their bounds."""
         z = self.model.within_bounds(z)
         predictions, noises = [], []
-        for r, segment in enumerate(self.segments):
-            prediction = self.model.predict(z, r, segment)
+        for r, segment in enumerate(self.model.segments):
+            prediction = self.model.predict(z, r)
             if prediction is None:
                 return None
             residual = segment.values - prediction.signal
@@ -95,11 +91,9 @@ class Objective:
         precision = np.diag(self.prior_precision + _ROUNDING)
         gradient = -self.prior_precision * point.z
         jacobians = []
-        for r, segment in enumerate(self.segments):
+        for r in range(len(self.model.segments)):
             if known is None:
-                jacobian = signal_derivatives(
-                    self.model, point.z, r, point.predictions[r], steps=steps, segment=segment
-                )
+                jacobian = signal_derivatives(self.model, point.z, r, point.predictions[r], steps)
             else:
                 jacobian = known[r]
             noise = point.noises[r]

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from experiments.simulated_target import target_of
+from experiments.simulation.fit import LoopFit
+from experiments.simulation.laplace_evidence import log_normalisation
+from experiments.simulation.simulated_target import target_of
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.reference.ensembles import Ensembles
 
 __all__ = ["BridgedEvidence", "bridged_log_evidence"]
@@ -57,7 +58,7 @@ def _bridge(target: Target, draws: Array, rng: np.random.Generator) -> float:
 
 def bridged_log_evidence(fit: LoopFit, seed: int, *, steps: int = 400) -> BridgedEvidence:
     """Log-evidence of the model of a fit, for
-    :func:`experiments.laplace_evidence.log_evidence` to meet.
+    :func:`experiments.simulation.laplace_evidence.log_evidence` to meet.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def bridged_log_evidence(fit: LoopFit, seed: int, *, steps: int = 400) -> Bridge
     run = Ensembles(target, seed=seed, ensembles=_ENSEMBLES, walkers=2 * max(fit.z.size + 1, 8))
     run.advance(steps)
     chains = run.coordinates(steps // 3, _THINNING)
-    constant = math.fsum(c.log_normalisation for c in fit.model.coordinates)
+    constant = log_normalisation(fit)
     constant += math.fsum(noise.log_volume for noise in fit.noises)
     # walkers of one ensemble are not independent, ensembles are
     logs = [_bridge(target, part.reshape(-1, fit.z.size), run.rng) for part in np.split(chains, _ENSEMBLES)]

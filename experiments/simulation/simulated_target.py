@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtr, ndtri
 
+from experiments.simulation.fit import LoopFit
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.data.parameters import FRICTION, SHARED, Coordinate
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.loop.noise.likelihood import fit_noise, log_densities
-from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["block_log_likelihoods", "target_of"]
 

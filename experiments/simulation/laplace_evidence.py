@@ -15,22 +15,33 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.special import ndtr
 
-from friction_bayes.loop.infer.truncated_normal import log_box_probability
-from friction_bayes.loop.simulation.fit import LoopFit
+from experiments.simulation.box_probability import log_box_probability
+from experiments.simulation.fit import LoopFit
 
-__all__ = ["log_evidence"]
+__all__ = ["log_evidence", "log_normalisation"]
 
 
 def log_evidence(fit: LoopFit) -> float:
     """Log-evidence of a fit, up to what all models of the same samples share."""
-    least = np.array([c.least_precision for c in fit.model.coordinates])
+    # no posterior is wider than the range of a flat prior, the normal volume of this precision
+    flat = np.array([c.precision == 0.0 for c in fit.model.coordinates])
+    least = np.where(flat, 2.0 * math.pi, 0.0)
     root = np.linalg.cholesky(fit.precision + np.diag(least))
     centre, objective = fit.centre
-    value = -0.5 * objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
+    value = -0.5 * objective + log_normalisation(fit)
     value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
     value += math.fsum(noise.log_volume for noise in fit.noises)
     low, high = fit.model.support
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     block = fit.covariance[np.ix_(bounded, bounded)]
     return value + log_box_probability(centre[bounded], block, low[bounded], high[bounded])
+
+
+def log_normalisation(fit: LoopFit) -> float:
+    """Logarithm of the prior density of the coordinates at zero distance, within its support."""
+    low, high = fit.model.support
+    normal = np.array([c.precision > 0.0 for c in fit.model.coordinates])
+    mass = ndtr(high[normal]) - ndtr(low[normal])
+    return float(-0.5 * math.log(2.0 * math.pi) * np.count_nonzero(normal) - np.log(mass).sum())

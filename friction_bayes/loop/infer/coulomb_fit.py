@@ -1,0 +1,252 @@
+"""Coulomb friction alone, fitted to whole records by simulation: the model before, and where a law starts.
+
+Friction, frequency, and the start and rest position of each record, under white noise: by Levenberg
+and Marquardt's method on more and more of the records, so that no cycle is slipped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import no_decay_fits
+from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
+from friction_bayes.loop.data.model import LoopModel, Prediction
+from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.data.signal_derivatives import difference_steps, signal_derivatives
+from friction_bayes.loop.infer.truncated_normal import truncated_draws
+from friction_bayes.loop.noise.likelihood import LEAST_NOISE
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+
+__all__ = ["CoulombFit", "coulomb_fit", "coulomb_model", "refitted"]
+
+_STEPS = 25
+_SETTLED = 1e-4
+"""Squared length of a step, in posterior standard deviations, that ends a fit."""
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-9, 1e8
+_DAMPED = 8.0
+"""Factor of the damping after a step, up or down."""
+_FIRST_PERIODS = 3.0
+_GROWTH = 1.7
+
+
+@dataclass(frozen=True, eq=False)
+class CoulombFit:
+    """Coulomb friction at the mode of its posterior.
+
+    Attributes
+    ----------
+    model : LoopModel
+    z : ndarray, shape (p,)
+        The mode.
+    predictions : tuple of Prediction
+        Of each record.
+    covariance : ndarray, shape (p, p)
+        Of the coordinates.
+    """
+
+    model: LoopModel
+    z: Array
+    predictions: tuple[Prediction, ...]
+    covariance: Array
+
+    @property
+    def free_residuals(self) -> tuple[Array, ...]:
+        """Measured minus predicted, of the samples of each record that measure noise."""
+        pairs = zip(self.model.segments, self.predictions, strict=True)
+        return tuple((segment.values - moved.signal)[segment.free] for segment, moved in pairs)
+
+    def friction(self, rng: np.random.Generator, draws: int) -> Array:
+        """Draws of friction [N or N m] by the normal approximation, cut to the support of its prior."""
+        drawn = truncated_draws(self.z, self.covariance, *self.model.support, rng, draws)
+        return np.asarray(self.model.value(drawn, FRICTION))
+
+
+def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> CoulombFit:
+    """A fit of Coulomb friction alone, the rest position free, under white noise.
+
+    Parameters
+    ----------
+    system : Oscillator
+    segments : tuple of Segment
+
+    Raises
+    ------
+    InputError
+        If that cannot be fitted.
+    """
+    fit = coulomb_fit(LoopModel(system, segments, (SENSOR_OFFSET.name,)))
+    if fit is None:
+        raise no_decay_fits(", ".join(segment.decay.name for segment in segments), system)
+    return fit
+
+
+def coulomb_fit(model: LoopModel) -> CoulombFit | None:
+    """The same of a model; None where its motion does not stay finite."""
+    return refitted(model, _starting_point(model), 0.0)
+
+
+def refitted(model: LoopModel, start: Array, share: float) -> CoulombFit | None:
+    """A fit of the first part of the records, then more and more of them; None where that fails.
+
+    Parameters
+    ----------
+    model : LoopModel
+    start : ndarray, shape (p,)
+    share : float
+        Share of the moving samples to begin with; three periods at least.
+    """
+    fit, z = None, start
+    for samples in _growing(model, share):
+        fit = _fit_from(model.of_first_samples(samples), z)
+        if fit is None:
+            return None
+        z = fit.z
+    return fit
+
+
+def _growing(model: LoopModel, share: float) -> Iterator[list[int]]:
+    """Samples of each record, more and more, all of them at last."""
+    segments = model.segments
+    counts = [segment.values.size for segment in segments]
+    periods = [2.0 * math.pi / (s.decay.frequency * s.decay.step) for s in segments]
+    samples = [
+        max(share * s.moving, _FIRST_PERIODS * period) for s, period in zip(segments, periods, strict=True)
+    ]
+    while any(n < most for n, most in zip(samples, counts, strict=True)):
+        yield [min(int(n), most) for n, most in zip(samples, counts, strict=True)]
+        samples = [_GROWTH * n for n in samples]
+    yield counts
+
+
+def _fit_from(model: LoopModel, start: Array) -> CoulombFit | None:
+    """The fit at the mode that is reached from a start; None where the motion does not stay finite."""
+    point = _Point.at(model, start)
+    if point is None:
+        return None
+    steps, damping = None, _FIRST_DAMPING
+    for _ in range(_STEPS):
+        precision, gradient = point.curvature(steps)
+        steps = difference_steps(precision)
+        better, damping = point.improved(precision, gradient, damping)
+        if better is None:
+            break
+        moved = better.z - point.z
+        point = better
+        if float(moved @ precision @ moved) < _SETTLED:
+            break
+    return CoulombFit(model, point.z, point.predictions, np.asarray(np.linalg.inv(precision)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """The posterior at one vector of coordinates.
+
+    Attributes
+    ----------
+    model : LoopModel
+    z : ndarray, shape (p,)
+    predictions : tuple of Prediction
+    residuals : tuple of ndarray, shape (n,)
+        Zero where a sample does not count.
+    noise2 : tuple of float
+        Variance of the noise of each record, at its best.
+    objective : float
+        Minus twice the logarithm of the posterior density.
+    """
+
+    model: LoopModel
+    z: Array
+    predictions: tuple[Prediction, ...]
+    residuals: tuple[Array, ...]
+    noise2: tuple[float, ...]
+    objective: float
+
+    @classmethod
+    def at(cls, model: LoopModel, z: Array) -> _Point | None:
+        """Coordinates are moved within their bounds; None where the motion is not finite."""
+        z = model.within_bounds(z)
+        predictions, residuals, noise2, objective = [], [], [], float(_precisions(model) @ (z * z))
+        for r, segment in enumerate(model.segments):
+            prediction = model.predict(z, r)
+            if prediction is None:
+                return None
+            residual = np.where(segment.free, segment.values - prediction.signal, 0.0)
+            used = max(int(np.count_nonzero(segment.free)), 1)
+            least = (LEAST_NOISE * model.scales.signal) ** 2
+            predictions.append(prediction)
+            residuals.append(residual)
+            noise2.append(max(float(residual @ residual) / used, least))
+            objective += used * math.log(noise2[-1]) + float(residual @ residual) / noise2[-1]
+        return cls(model, z, tuple(predictions), tuple(residuals), tuple(noise2), objective)
+
+    def curvature(self, steps: Array | None) -> tuple[Array, Array]:
+        """Gauss and Newton's curvature of half the objective, and minus half its gradient."""
+        prior = _precisions(self.model)
+        precision, gradient = np.diag(prior), -prior * self.z
+        for r, segment in enumerate(self.model.segments):
+            columns = signal_derivatives(self.model, self.z, r, self.predictions[r], steps)
+            columns[~segment.free] = 0.0
+            precision += columns.T @ columns / self.noise2[r]
+            gradient += columns.T @ self.residuals[r] / self.noise2[r]
+        return precision, gradient
+
+    def improved(self, precision: Array, gradient: Array, damping: float) -> tuple[_Point | None, float]:
+        """The first better point, the damping raised until there is one, and the damping of the next step.
+
+        None in its place where none is better.
+        """
+        while damping < _MOST_DAMPING:
+            move = np.linalg.solve(precision + damping * np.diag(np.diag(precision)), gradient)
+            trial = _Point.at(self.model, self.z + move)
+            if trial is not None and trial.objective < self.objective:
+                return trial, max(damping / _DAMPED, _LEAST_DAMPING)
+            damping *= _DAMPED
+        return None, damping
+
+
+def _precisions(model: LoopModel) -> Array:
+    """Prior precision of each coordinate, shape (p,)."""
+    return np.array([c.precision for c in model.coordinates])
+
+
+def _starting_point(model: LoopModel) -> Array:
+    """Rough coordinates of the Coulomb model."""
+    decay = model.segments[0].decay
+    drops = []
+    z = np.array([c.start for c in model.coordinates])
+
+    def put(value: float, name: str, record: int = SHARED) -> None:
+        j = model.index(name, record=record)
+        z[j] = model.coordinates[j].coordinate(value)
+
+    for r, segment in enumerate(model.segments):
+        drop, displacement, velocity = _drop_and_state(segment)
+        drops.append(drop)
+        put(displacement, DISPLACEMENT, r)
+        put(velocity, VELOCITY, r)
+        for name in SENSOR_ZERO.intersection(model.effects):
+            j = model.index("offset", effect=name, record=r)
+            z[j] = model.coordinates[j].coordinate(segment.decay.rest_position)
+    put(float(np.median(drops)) * model.system.stiffness, FRICTION)
+    put(math.log(decay.frequency / model.system.natural_frequency), LOG_FREQUENCY_RATIO)
+    return model.within_bounds(z)
+
+
+def _drop_and_state(segment: Segment) -> tuple[float, float, float]:
+    """Half the loss of amplitude a half cycle (which is r/k), displacement and velocity at the start."""
+    decay = segment.decay
+    half = max(int(math.pi / (decay.frequency * decay.step)), 2)
+    y = (decay.values - decay.rest_position) / decay.frequency**segment.order
+    first, last = (float(np.quantile(np.abs(part), 0.97)) for part in (y[: 2 * half], y[-2 * half :]))
+    halves = max(decay.values.size / half - 2.0, 1.0)
+    drop = max(first - last, 0.02 * first) / (2.0 * halves)
+    amplitude = float(np.sqrt(2.0 * np.mean(y[: 2 * half] ** 2)))
+    phase = decay.phase
+    return drop, amplitude * math.cos(phase), -amplitude * decay.frequency * math.sin(phase)
