@@ -162,8 +162,8 @@ def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, uni
     return InputError(
         name,
         f"time {what} at {place}",
-        "sort the rows; of doubled stamps --duplicates first or mean takes one sample; give --sampling-rate "
-        "if the clock is at fault",
+        "sort the rows; of doubled stamps --duplicates first or mean takes one sample; if the clock is at "
+        f"fault, give --sampling-rate, or take the part before it, --end {time[k - 1]:.9g}",
     )
 
 
@@ -202,5 +202,6 @@ def check_time_unit(record: xr.DataArray, natural_frequency: float) -> None:
                 str(record.attrs.get("name", "record")),
                 f"{per_period:.3g} samples a period of the declared {natural_frequency:.4g} rad/s, "
                 f"{per_period / seconds:.4g} with the times in {unit}: time in {unit}?",
-                f"name the time column time_{unit}, give --sampling-rate, or check mass and stiffness",
+                f"name the time column time_{unit} in a header line, give --sampling-rate, or check mass and "
+                "stiffness",
             )

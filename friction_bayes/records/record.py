@@ -128,7 +128,9 @@ def with_values(record: xr.DataArray, values: Array) -> xr.DataArray:
 
 
 def within(record: xr.DataArray, start: float | None, end: float | None) -> slice:
-    """Return the samples from ``start`` to ``end`` [s], of times that rise; all where neither is given.
+    """Return the samples from where ``start`` is reached to where ``end`` [s] is; all where neither is given.
+
+    Of a clock that jumps back, either side can thus be taken.
 
     Raises
     ------
@@ -138,24 +140,25 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
     time = record["time"].values
     if time.size < MINIMUM_SAMPLES:
         return slice(None)
-    kept = np.ones(time.size, dtype=bool)
     # half a sample further out, so that the rounding of time stamps cannot lose the first or the last
     half = 0.5 * float(np.median(np.diff(time)))
     for option, limit in (("--start", start), ("--end", end)):
-        if limit is not None and not time[0] - half <= finite(option, limit) <= time[-1] + half:
+        if limit is not None and not time[0] - half <= finite(option, limit) < time.max() + half:
             raise InputError(
                 option,
                 f"{limit:g} s lies outside {record_name(record)}",
-                f"give {time[0]:g} .. {time[-1]:g} s",
+                f"give {time[0]:g} .. {time.max():g} s",
             )
+    first, stop = 0, time.size
     if start is not None:
-        kept &= time > start - half
+        first = int(np.argmax(time > start - half))
     if end is not None:
-        kept &= time < end + half
-    held = np.flatnonzero(kept)
-    if not held.size:
+        reached = int(np.argmax(time > end - half))
+        past = np.abs(time[reached:] - end) >= half
+        stop = reached + int(np.argmax(past)) if past.any() else stop
+    if stop <= first:
         raise InputError("--end", f"{end:g} s is before --start {start:g} s", "give an end after the start")
-    return slice(int(held[0]), int(held[-1]) + 1)
+    return slice(first, stop)
 
 
 def without_doubled_times(record: xr.DataArray, how: str) -> tuple[xr.DataArray, Indices]:

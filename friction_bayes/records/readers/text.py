@@ -17,6 +17,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
+from friction_bayes.records.readers.headers import read_header
 from friction_bayes.records.readers.labview import completed
 from friction_bayes.records.readers.table import Column, Table
 
@@ -61,10 +62,11 @@ def read_text(path: Path, *, skip_rows: int = 0) -> Table:
 def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> Table:
     """Return the table that lines of text are.
 
-    Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have. What
-    is above the header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is
-    passed over; a comment ``# synthetic`` marks the record. A row of units under the header line belongs to
-    it. Empty cells at the top or the end of a column are no part of it: runs side by side differ in length.
+    Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have; names
+    above them that are separated otherwise are read if one of them is that of a time. What is above the
+    header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is passed over; a comment
+    ``# synthetic`` marks the record. A row of units under the header line belongs to it. Empty cells at the
+    top or the end of a column are no part of it: runs side by side differ in length.
 
     Parameters
     ----------
@@ -131,11 +133,20 @@ def _by_number(count: int) -> list[str]:
 def _commented_names(above: Sequence[str], count: int) -> list[str] | None:
     """So many names on a comment right above the numbers, as NumPy writes them; otherwise None."""
     line = next((line.strip() for line in reversed(above) if line.strip()), "")
-    if not line.startswith("#"):
-        return None
-    splits = (_cells(line.lstrip("# "), separator) for separator in ("\t", ";", ",", None))
+    return _names_of(line.lstrip("# "), count) if line.startswith("#") else None
+
+
+def _names_of(line: str, count: int) -> list[str] | None:
+    """So many names on a line, however they are separated; None where there are not so many."""
+    splits = (_cells(line, separator) for separator in ("\t", ";", ",", None))
     fit = (cells for cells in splits if len(cells) == count and not any(map(_is_number, cells)))
     return next(fit, None)
+
+
+def _names_split_otherwise(line: str, count: int) -> list[str] | None:
+    """So many names on a line whose separator is not that of the numbers; one is a time, or it is a title."""
+    names = _names_of(line, count)
+    return names if names and any(read_header(name).is_time for name in names) else None
 
 
 def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -180,6 +191,8 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
     )
     if header is not None and _are_settings([cells for _, cells in lines[header : data + 1]]):
         header = None
+    if header is None and data and (names := _names_split_otherwise(dict(kept)[lines[data - 1][0]], width)):
+        return _header(path, names), lines[data:]
     if header is None:
         if data and _width(lines[data - 1][1]) > 1 and not any(numbers(lines[data - 1][1])):
             raise InputError(

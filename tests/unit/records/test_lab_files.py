@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers import archive, read_record
 from friction_bayes.records.readers.clock_times import seconds_from_first
 from kinds_of_files import write_old_workbook, write_workbook
@@ -183,3 +184,19 @@ def test_members_of_a_struct_are_found_by_their_own_names(tmp_path: Path) -> Non
     savemat(tmp_path / "swing.mat", {"log": {"Out": {"Time": TIME, "angle_rad": SIGNAL}}})
     record = read_record(tmp_path / "swing.mat")
     assert record.attrs["read"] == "log.Out.angle_rad [rad] over log.Out.Time [s]"
+
+
+@pytest.mark.parametrize("separator", ["\t", ";", ","])
+def test_names_may_be_separated_otherwise_than_the_numbers(tmp_path: Path, separator: str) -> None:
+    path = tmp_path / "decay.txt"
+    path.write_text("t       y\n" + "\n".join(separator.join(row) for row in ROWS))
+    record = read_record(path, signal_column="y", quantity="displacement", unit="m")
+    assert record.attrs["read"] == "y [m] over t [s]"
+    np.testing.assert_allclose(record.values, SIGNAL, atol=1e-15)
+
+
+def test_a_title_of_as_many_words_names_no_columns(tmp_path: Path) -> None:
+    path = tmp_path / "decay.txt"
+    path.write_text("Pendulum today\n" + "\n".join("\t".join(row) for row in ROWS))
+    with pytest.raises(InputError, match="there is no header line above the numbers of column 0, 1"):
+        read_record(path)

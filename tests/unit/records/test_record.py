@@ -9,7 +9,7 @@ import xarray as xr
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.records.clock import is_even, sampling_interval
-from friction_bayes.records.record import make_record, validate_record, with_values
+from friction_bayes.records.record import make_record, validate_record, with_values, within
 
 N, STEP = 400, 0.01
 TIME = np.arange(N) * STEP
@@ -141,6 +141,17 @@ def test_time_running_backwards_or_doubled_is_refused() -> None:
         validate_record(record_over(backwards))
     with pytest.raises(InputError, match=r"time is doubled at sample 51 \(t = 0.49 s\)"):
         validate_record(record_over(doubled))
+
+
+def test_either_side_of_a_clock_that_jumps_back_can_be_taken() -> None:
+    late = TIME.copy()
+    late[50:] -= 0.055
+    record = record_over(late)
+    with pytest.raises(InputError, match=r"take the part before it, end=0\.49"):
+        validate_record(record)
+    before, after = record[within(record, None, 0.49)], record[within(record, 0.5, None)]
+    np.testing.assert_array_equal(validate_record(before)["time"], TIME[:50])
+    np.testing.assert_array_equal(validate_record(after)["time"], late[late > 0.495])
 
 
 def test_a_clock_that_begins_anew_is_two_recordings() -> None:
