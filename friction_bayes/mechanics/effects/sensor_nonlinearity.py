@@ -44,5 +44,5 @@ SENSOR_NONLINEARITY = SensorEffect(
     excludes=("encoder_eccentricity",),
     # of the sensor, whatever the release
     per_record=False,
-    series=(Extent(1), Extent(2)),
+    series=(Extent(1), Extent(2), Extent(1, 10.0), Extent(2, 10.0)),
 )
