@@ -44,5 +44,6 @@ SENSOR_NONLINEARITY = SensorEffect(
     excludes=("encoder_eccentricity",),
     # of the sensor, whatever the release
     per_record=False,
+    # a sensor near the ends of its range bends by a fifth
     series=(Extent(1), Extent(2), Extent(1, 10.0), Extent(2, 10.0)),
 )
