@@ -268,14 +268,13 @@ def plot_loop(report: LoopReport) -> Figure:
 
 
 def loop_figures(report: LoopReport) -> dict[str, Figure]:
-    """Draw every figure of a report, by name; those of several records carry their number.
+    """Draw every figure of the page of a report, by name; those of several records carry their number.
 
     Parameters
     ----------
     report : LoopReport
     """
     figures = {
-        "overview": plot_loop(report),
         "candidates": plot_candidates(report),
         "friction": plot_loop_friction(report),
     }

@@ -40,8 +40,7 @@ FIELDS = {
     "elapsed_s",
 }
 FIGURES = {
-    f"{name}.svg"
-    for name in ("overview", "candidates", "friction", "signal", "residual", "turning_points", "forecast")
+    f"{name}.svg" for name in ("candidates", "friction", "signal", "residual", "turning_points", "forecast")
 }
 
 Signal = tuple[np.ndarray, np.ndarray]

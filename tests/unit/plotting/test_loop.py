@@ -202,14 +202,14 @@ def test_measured_force(loop_report: LoopReport) -> None:
 
 def test_all_figures_by_name(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
-    one = {"overview", "candidates", "friction", "signal", "residual", "turning_points", "forecast"}
-    one |= {"fluctuation"}
+    one = {"candidates", "friction", "signal", "residual", "turning_points", "forecast", "fluctuation"}
     assert set(loop_figures(loop_report)) == one
-    two = loop_figures(replace(loop_report, traces=(record, replace(record, name="another"))))
+    several = replace(loop_report, traces=(record, replace(record, name="another")))
+    two = loop_figures(several)
     assert {"signal_1", "residual_2", "turning_points_2"} <= set(two)
     assert "another" in texts(two["signal_2"])
-    assert f"{record.name}, first of 2 records" in texts(two["overview"])
-    assert "records" not in texts(loop_figures(loop_report)["overview"])
+    assert f"{record.name}, first of 2 records" in texts(plot_loop(several))
+    assert "records" not in texts(plot_loop(loop_report))
 
 
 def test_the_held_out_part_is_drawn_with_its_band(loop_report: LoopReport) -> None:
