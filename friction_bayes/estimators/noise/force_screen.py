@@ -54,6 +54,8 @@ class ForceTable(NamedTuple):
     filters : ndarray, shape (n, 7 _LANES)
         Likewise gains of displacement, velocity and force for a whitened innovation, one over the
         innovation's sd, and the columns, whitened.
+    products : ndarray, shape (n + 1, 6 _LANES)
+        Likewise sums ``aa, ab, bb, ac, bc, cc`` of products of the whitened columns over the first samples.
     log_determinants : ndarray, shape (n + 1, _LANES)
         Of the first samples.
     """
@@ -61,6 +63,7 @@ class ForceTable(NamedTuple):
     step: float
     transitions: Array
     filters: Array
+    products: Array
     log_determinants: Array
 
 
@@ -84,6 +87,7 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ComparedFor
     assert count <= _LANES
     transitions, forced, covariance = np.zeros(7 * _LANES), np.zeros(6 * _LANES), np.zeros(6 * _LANES)
     filters, log_determinants = np.empty((n, 7 * _LANES)), np.zeros((n + 1, _LANES))
+    products = np.zeros((n + 1, 6 * _LANES))
     f, q = np.empty((3, 3)), np.empty((3, 3))
     for k in range(count):
         square = forces.ratio[k] ** 2
@@ -105,9 +109,10 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ComparedFor
             _advance(value, row, transitions, own, whitened[j], innovation)
             for k in range(_LANES):
                 own[(4 + j) * _LANES + k] = innovation[k]
+        _add_products(own, products[i], products[i + 1])
         for k in range(_LANES):
             log_determinants[i + 1, k] = log_determinants[i, k] - 2.0 * math.log(own[3 * _LANES + k])
-    return ForceTable(step, transitions, filters, log_determinants)
+    return ForceTable(step, transitions, filters, products, log_determinants)
 
 
 @njit(**INNER, fastmath={"contract"})
@@ -171,16 +176,16 @@ def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array, in
 
 
 @njit(**INNER, fastmath={"contract"})
-def _add_products(filters: Array, products: Array) -> None:
-    """Add the products ``aa, ab, bb, ac, bc, cc`` of the whitened columns at one sample."""
+def _add_products(filters: Array, before: Array, products: Array) -> None:
+    """Fill in sums of products of the whitened columns with one sample more."""
     for k in range(_LANES):
         a, b, c = filters[4 * _LANES + k], filters[5 * _LANES + k], filters[6 * _LANES + k]
-        products[k] += a * a
-        products[_LANES + k] += a * b
-        products[2 * _LANES + k] += b * b
-        products[3 * _LANES + k] += a * c
-        products[4 * _LANES + k] += b * c
-        products[5 * _LANES + k] += c * c
+        products[k] = before[k] + a * a
+        products[_LANES + k] = before[_LANES + k] + a * b
+        products[2 * _LANES + k] = before[2 * _LANES + k] + b * b
+        products[3 * _LANES + k] = before[3 * _LANES + k] + a * c
+        products[4 * _LANES + k] = before[4 * _LANES + k] + b * c
+        products[5 * _LANES + k] = before[5 * _LANES + k] + c * c
 
 
 @njit(**KERNEL)
@@ -190,10 +195,9 @@ def probability_of_none(residual: Array, row: Array, forces: ComparedForces, tab
     Its free motion, a constant and the noise are integrated out under a flat prior.
     """
     n, count = residual.size, forces.ratio.size
-    sums, products, innovation = np.zeros(7 * _LANES), np.zeros(6 * _LANES), np.empty(_LANES)
+    sums, innovation, products = np.zeros(7 * _LANES), np.empty(_LANES), table.products[n]
     for i in range(n):
         _advance(residual[i], row, table.transitions, table.filters[i], sums, innovation)
-        _add_products(table.filters[i], products)
     moments = sums[3 * _LANES :].reshape(4, _LANES)
     freedom = n - _COLUMNS
     log_weight = np.empty(count)
