@@ -37,7 +37,7 @@ class Extremes(NamedTuple):
     low, high : ndarray
         Lowest and highest samples.
     widest : ndarray
-        No less than the largest distance of two samples up to three apart, as nearly as single precision has it.
+        No less than the largest distance of two samples up to three apart, to single precision.
     gap : ndarray
         Likewise the largest gap between straight lines through the samples on either side of an interval, see
         :mod:`friction_bayes.decay.leaps`.
