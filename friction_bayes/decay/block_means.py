@@ -15,7 +15,14 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.kernels import KERNEL
 from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 
-__all__ = ["amplitude_kept", "block_means", "fill_block_means", "samples_in_block", "torn_blocks"]
+__all__ = [
+    "about_mean",
+    "amplitude_kept",
+    "block_means",
+    "fill_block_means",
+    "samples_in_block",
+    "torn_blocks",
+]
 
 _KEPT_SAMPLES = 200.0
 """Least number of values a period that averaging leaves."""
@@ -42,6 +49,18 @@ def fill_block_means(values: Array, block: int, offset: float, means: Array) -> 
         for i in range(part.size):
             total += part[i]
         means[k] = total * weight - offset
+
+
+@njit(**KERNEL, fastmath={"reassoc"})
+def about_mean(values: Array) -> tuple[Array, float]:
+    """Values, shape (n,), less their mean, and that."""
+    total, rest = 0.0, np.empty(values.size)
+    for i in range(values.size):
+        total += values[i]
+    mean = total / max(values.size, 1)
+    for i in range(values.size):
+        rest[i] = values[i] - mean
+    return rest, mean
 
 
 def torn_blocks(time: Array, block: int) -> Mask:
