@@ -200,7 +200,7 @@ def _table_for(
     step: float, n: int, row: Array, order: int, forces: ComparedForces, table: ForceTable
 ) -> ForceTable:
     """The table, or another one where the clock is not that one or the record is longer."""
-    if len(table.filters) >= n and abs(step - table.step) * n <= _SAME_CLOCK:
+    if len(table.columns) >= n and abs(step - table.step) * n <= _SAME_CLOCK:
         return table
     return force_table(step, n, row, order, forces)
 
