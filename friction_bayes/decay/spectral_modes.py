@@ -38,7 +38,7 @@ _DIP = 0.5
 """Share of the weaker mode's amplitude below which the spectrum falls between two."""
 _RIVAL = 0.5
 """Share of the strongest mode from which on the record is not that of one mode."""
-_AT_A_TIME = 1 << 16
+_AT_A_TIME = 1 << 18
 """Values of spectra that are kept at a time, while they are near."""
 _NEARLY = 1.0 - 1e-9
 """Share of a limit that rounding in another order does not reach."""
