@@ -54,9 +54,10 @@ __all__ = [
 
 _PER_PERIOD = 6
 """Means a period: their Nyquist frequency is three times the motion's."""
-_COLOUR_PER_PERIOD = 24
-"""Means a period whose autoregression shows noise that is stronger near the motion's frequency: most lags of
-it are up to one and a quarter of a period. Of white records 1.5e-4 fail, where 6e-4 do by six means."""
+_COLOUR_PER_PERIOD = 12
+"""Means a period in which noise is looked for that is stronger near the motion's frequency. Of white records of
+fifty periods 4e-4 fail by it, where 6e-4 do by six means; noise that is correlated over a sixth of a period or
+half of one is found as often or more often."""
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
@@ -180,8 +181,7 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     """Whether a residual shows neither coloured noise nor a force: a quick test before the long one.
 
     Parameters as for :func:`noise_floor`, of even samples. The autoregressions of the samples and of means of
-    a twenty-fourth of a period are of order zero by their criterion, and a force is no more probable than it
-    was.
+    a twelfth of a period are of order zero by their criterion, and a force is no more probable than it was.
     """
     angle = float(phase[-1] - phase[0]) / (phase.size - 1)
     for block in {1, samples_of_colour(angle)}:
