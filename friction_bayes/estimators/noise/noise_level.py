@@ -55,9 +55,9 @@ __all__ = [
 _PER_PERIOD = 6
 """Means a period: their Nyquist frequency is three times the motion's."""
 _COLOUR_PER_PERIOD = 12
-"""Means a period in which noise is looked for that is stronger near the motion's frequency. Of white records of
-fifty periods 4e-4 fail by it, where 6e-4 do by six means; noise that is correlated over a sixth of a period or
-half of one is found as often or more often."""
+"""Means a period in which noise is looked for that is stronger near the motion's frequency. Of white records
+of fifty periods 4e-4 fail by it, where 6e-4 do by six means; noise that is correlated over up to half a
+period is found as often or more often."""
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
