@@ -96,7 +96,7 @@ def _glance_all(
 ) -> None:
     # nothing before the first value and after the last
     work = np.zeros(values.shape[1] + 2 * _BESIDE, np.float32)
-    few = np.zeros_like(work)
+    few = np.zeros(values.shape[1] // 2 + 2 * _BESIDE, np.float32)
     table = force_table(0.5, ZERO + 2, row, order, forces)
     for r in range(values.shape[0]):
         n = located.stop[r] - located.start[r]
