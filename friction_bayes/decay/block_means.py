@@ -15,7 +15,14 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.kernels import KERNEL
 from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 
-__all__ = ["amplitude_kept", "block_means", "fill_block_means", "samples_in_block", "torn_blocks"]
+__all__ = [
+    "about_mean",
+    "amplitude_kept",
+    "block_means",
+    "fill_block_means",
+    "samples_in_block",
+    "torn_blocks",
+]
 
 _KEPT_SAMPLES = 200.0
 """Least number of values a period that averaging leaves."""
@@ -33,26 +40,27 @@ def block_means(values: Array, block: int) -> Array:
     return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
 
 
-@njit(**KERNEL)
+@njit(**KERNEL, fastmath={"reassoc"})
 def fill_block_means(values: Array, block: int, offset: float, means: Array) -> None:
-    """The same less ``offset`` in ``means``, shape (blocks,); four at a time."""
-    count, weight = means.size, 1.0 / block
-    for k in range(0, count - 3, 4):
-        part = values[k * block : (k + 4) * block]
-        second, third, fourth = part[block:], part[2 * block :], part[3 * block :]
-        a = b = c = d = 0.0
-        for i in range(block):
-            a += part[i]
-            b += second[i]
-            c += third[i]
-            d += fourth[i]
-        means[k], means[k + 1] = a * weight - offset, b * weight - offset
-        means[k + 2], means[k + 3] = c * weight - offset, d * weight - offset
-    for k in range(count - count % 4, count):
-        total = 0.0
-        for i in range(k * block, (k + 1) * block):
-            total += values[i]
+    """The same less ``offset`` in ``means``, shape (blocks,); several samples at a time, in any order."""
+    weight = 1.0 / block
+    for k in range(means.size):
+        part, total = values[k * block : (k + 1) * block], 0.0
+        for i in range(part.size):
+            total += part[i]
         means[k] = total * weight - offset
+
+
+@njit(**KERNEL, fastmath={"reassoc"})
+def about_mean(values: Array) -> tuple[Array, float]:
+    """Values, shape (n,), less their mean, and that."""
+    total, rest = 0.0, np.empty(values.size)
+    for i in range(values.size):
+        total += values[i]
+    mean = total / max(values.size, 1)
+    for i in range(values.size):
+        rest[i] = values[i] - mean
+    return rest, mean
 
 
 def torn_blocks(time: Array, block: int) -> Mask:

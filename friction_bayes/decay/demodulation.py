@@ -68,13 +68,17 @@ def fill_turns(first: float, angle: float, cosine: Array, sine: Array) -> None:
     By doubling, which rounds as often as the number of them has digits.
     """
     cosine[0], sine[0] = math.cos(first), math.sin(first)
+    c, s = math.cos(angle), math.sin(angle)
     known, count = 1, cosine.size
     while known < count:
-        c, s = math.cos(angle * known), math.sin(angle * known)
         for j in range(known, min(2 * known, count)):
             before, beside = cosine[j - known], sine[j - known]
             cosine[j] = before * c - beside * s
             sine[j] = beside * c + before * s
+        # twice the angle, of length one
+        c, s = c * c - s * s, 2.0 * c * s
+        kept = 1.5 - 0.5 * (c * c + s * s)
+        c, s = kept * c, kept * s
         known *= 2
 
 

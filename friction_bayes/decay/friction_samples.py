@@ -13,7 +13,8 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
 from friction_bayes.decay.phase_tracking import coulomb_fit, track_phase, tracked_phase
@@ -30,6 +31,8 @@ __all__ = [
 
 PEAKS = ("highest", "nominal")
 """Ways to pick the peak of a period: its highest sample, or the sample where the peak is due."""
+_LANES = 32
+"""Samples compared side by side: compilers keep no running largest of one number."""
 
 
 def peak_amplitudes(decay: FreeDecay, peaks: str = "highest") -> tuple[Array, Array]:
@@ -120,6 +123,25 @@ def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
     return float(small_swing_frequency(polynomial, duration, amplitude, 0.0, decay.quantity.order, swing))
 
 
+@njit(**INNER)
+def _highest(values: Array) -> int:
+    """First of the highest of finite values; found by blocks, which are compared side by side."""
+    beside, whole = np.full(_LANES, -math.inf), values.size // _LANES * _LANES
+    for begin in range(0, whole, _LANES):
+        part = values[begin : begin + _LANES]
+        for j in range(_LANES):
+            beside[j] = part[j] if part[j] > beside[j] else beside[j]
+    most = -math.inf
+    for j in range(_LANES):
+        most = max(most, beside[j])
+    for i in range(whole, values.size):
+        most = max(most, values[i])
+    at = 0
+    while values[at] < most:
+        at += 1
+    return at
+
+
 @njit(**KERNEL)
 def _peaks_of_periods(values: Array, step: float, polynomial: Array, highest: bool) -> tuple[Array, Array]:
     """One peak a period, on the positive side: its highest sample, or the sample where the peak is due.
@@ -146,7 +168,7 @@ def _peaks_of_periods(values: Array, step: float, polynomial: Array, highest: bo
         if highest:
             begin = max(math.ceil(time_of_phase(polynomial, target - math.pi, duration) / step), 0)
             end = min(math.ceil(time_of_phase(polynomial, target + math.pi, duration) / step), n)
-            at = begin + int(np.argmax(values[begin:end]))
+            at = begin + _highest(values[begin:end])
         else:
             at = min(max(round(time_of_phase(polynomial, target, duration) / step), 0), n - 1)
         time[w] = at * step
@@ -227,8 +249,7 @@ def friction_sample_statistics(
     for k in range(r):
         if stop[k] - start[k] < 8:
             continue
-        values = records[k, start[k] : stop[k]]
-        values = values - values.mean()
+        values, _ = about_mean(records[k, start[k] : stop[k]])
         polynomial = track_phase(values, step, frequency[k], phase[k], order)
         _, peaks = _peaks_of_periods(values, step, polynomial, highest)
         centre = 0.0

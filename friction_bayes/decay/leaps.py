@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
@@ -144,22 +145,23 @@ def _wider_gaps(values: Array, limit: float) -> int:
 
 
 @njit(**KERNEL)
-def widest_gap(values: Array) -> float:
+def widest_gap(values: NDArray[np.float32]) -> float:
     """Widest gap in the middle of an interval that has four samples on either side; zero without any."""
-    widest, beside = 0.0, np.zeros(_AT_A_TIME)
+    widest, beside = np.float32(0.0), np.zeros(_AT_A_TIME, np.float32)
     whole = max(values.size - 7, 0) // _AT_A_TIME * _AT_A_TIME
     for begin in range(0, whole, _AT_A_TIME):
         _wider_beside(values[begin : begin + _AT_A_TIME + 7], beside)
     _wider_beside(values[whole:], beside)
     for j in range(_AT_A_TIME):
         widest = max(widest, beside[j])
-    return widest
+    return float(widest)
 
 
 @njit(**INNER, fastmath={"contract"})
-def _wider_beside(part: Array, widest: Array) -> None:
+def _wider_beside(part: NDArray[np.float32], widest: NDArray[np.float32]) -> None:
     """Take over the gaps of a part that are wider, each in its own place: there is no running largest."""
-    w0, w1, w2, w3 = _ONWARD
+    w0, w1 = np.float32(_ONWARD[0]), np.float32(_ONWARD[1])
+    w2, w3 = np.float32(_ONWARD[2]), np.float32(_ONWARD[3])
     for j in range(part.size - 7):
         gap = w0 * (part[j + 4] - part[j + 3]) + w1 * (part[j + 5] - part[j + 2])
         gap = abs(gap + w2 * (part[j + 6] - part[j + 1]) + w3 * (part[j + 7] - part[j]))

@@ -49,8 +49,9 @@ def solve_spd(matrix: Array, right: Array) -> tuple[Array, bool]:
     right : ndarray, shape (d,)
     """
     d = right.size
-    lower = np.zeros((d, d))
-    x = np.zeros(d)
+    # the solution in the row behind the factor: an array takes longer to get than to use
+    lower = np.zeros((d + 1, d))
+    x = lower[d]
     for i in range(d):
         for j in range(i + 1):
             total = matrix[i, j]

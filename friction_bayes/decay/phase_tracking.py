@@ -16,10 +16,10 @@ from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
-from friction_bayes.decay.block_means import fill_block_means, samples_in_block
+from friction_bayes.decay.block_means import about_mean, fill_block_means, samples_in_block
 from friction_bayes.decay.demodulation import demodulate, fill_turns
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.linear_least_squares import add_sample, restricted, solve_spd
+from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises, time_of_phase
 
 __all__ = [
@@ -192,29 +192,46 @@ def _refine(
     """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none."""
     columns = 3 + free
     matrix, right = np.zeros((columns, columns)), np.zeros(columns)
-    share = np.zeros((4, columns))
-    share[0, 0] = share[1, 1] = 1.0
+    # of the sine and of t times it, in the phase's coefficients
+    sine, slope = np.zeros(free), np.zeros(free)
     for k in range(cycles.number.size):
-        odd, position = 2 * cycles.number[k] + 1, cycles.place[k]
+        own, seen, position = cycles.matrix[k], cycles.right[k], cycles.place[k]
+        odd, sign = 2.0 * cycles.number[k] + 1.0, 0.0
         if order == 0:
-            share[0, 2] = 1.0 if cycles.number[k] % 2 == 0 else -1.0
-        share[1, 2] = -odd
+            sign = 1.0 if cycles.number[k] % 2 == 0 else -1.0
+        # the column of friction is sign - odd cos
+        of_one, of_cosine = sign * own[0, 0] - odd * own[1, 0], sign * own[1, 0] - odd * own[1, 1]
+        matrix[0, 0] += own[0, 0]
+        matrix[1, 0] += own[1, 0]
+        matrix[1, 1] += own[1, 1]
+        matrix[2, 0] += of_one
+        matrix[2, 1] += of_cosine
+        matrix[2, 2] += sign * of_one - odd * of_cosine
+        right[0] += seen[0]
+        right[1] += seen[1]
+        right[2] += sign * seen[0] - odd * seen[1]
         # the Chebyshev polynomials and their slopes at the middle
         swing = -max(amplitude - odd * friction, 0.0)
-        before, now, slope_before, slope = 1.0, position, 0.0, 1.0
+        before, now, slope_before, slope_now = 1.0, position, 0.0, 1.0
         for m in range(free):
-            share[2, 3 + m], share[3, 3 + m] = swing * before, swing * slope_before
-            before, now, slope_before, slope = (
+            sine[m], slope[m] = swing * before, swing * slope_before
+            before, now, slope_before, slope_now = (
                 now,
                 2.0 * position * now - before,
-                slope,
-                2.0 * now + 2.0 * position * slope - slope_before,
+                slope_now,
+                2.0 * now + 2.0 * position * slope_now - slope_before,
             )
-        own, projected = restricted(cycles.matrix[k], cycles.right[k], share)
-        for a in range(columns):
-            right[a] += projected[a]
-            for b in range(a + 1):
-                matrix[a, b] += own[a, b]
+        for m in range(free):
+            with_one = sine[m] * own[2, 0] + slope[m] * own[3, 0]
+            with_cosine = sine[m] * own[2, 1] + slope[m] * own[3, 1]
+            with_sine = sine[m] * own[2, 2] + slope[m] * own[3, 2]
+            with_slope = sine[m] * own[3, 2] + slope[m] * own[3, 3]
+            matrix[3 + m, 0] += with_one
+            matrix[3 + m, 1] += with_cosine
+            matrix[3 + m, 2] += sign * with_one - odd * with_cosine
+            for j in range(m + 1):
+                matrix[3 + m, 3 + j] += with_sine * sine[j] + with_slope * slope[j]
+            right[3 + m] += sine[m] * seen[2] + slope[m] * seen[3]
     return solve_spd(matrix, right)
 
 
@@ -325,13 +342,9 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
         Their mean.
     """
     assert decay.evenly_spaced
-    reference = float(decay.values.mean())
-    values = decay.values - reference
-    return (
-        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order),
-        values,
-        reference,
-    )
+    values, reference = about_mean(decay.values)
+    polynomial = track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order)
+    return polynomial, values, reference
 
 
 def nearest_turning_points(decay: FreeDecay) -> Mask:

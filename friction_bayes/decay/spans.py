@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
@@ -24,6 +25,8 @@ _APART = 3
 """Samples that those compared with each other are apart at most."""
 _LANES, _FOLDS = 64, 4
 """Samples compared side by side, and how often in one go: compilers keep no running largest of one number."""
+_SINGLE = 1e-6
+"""Share of the range by which rounding to single precision moves no distance and no gap."""
 
 
 class Extremes(NamedTuple):
@@ -34,9 +37,9 @@ class Extremes(NamedTuple):
     low, high : ndarray
         Lowest and highest samples.
     widest : ndarray
-        Largest distance of two samples up to three apart.
+        No less than the largest distance of two samples up to three apart, to single precision.
     gap : ndarray
-        Largest gap between straight lines through the samples on either side of an interval, see
+        Likewise the largest gap between straight lines through the samples on either side of an interval, see
         :mod:`friction_bayes.decay.leaps`.
     flat : ndarray of bool
         Whether three neighbours are equal at an extreme. As many raise the question whether the sensor ends
@@ -61,70 +64,90 @@ def extremes(values: Array) -> Extremes:
     count = values.shape[0]
     low, high, widest = np.full(count, np.inf), np.full(count, -np.inf), np.zeros(count)
     gap, flat = np.zeros(count), np.zeros(count, np.bool_)
+    share = np.empty(values.shape[1], np.float32)
     for r in range(count):
         y = values[r]
-        if _finite(y):
-            low[r], high[r], widest[r] = _farthest(y)
-            gap[r] = widest_gap(y)
-            rounding = ROUNDING * (high[r] - low[r])
-            bottom, top = low[r] + rounding, high[r] - rounding
-            flat[r] = _beyond(y, bottom, top) >= _NEIGHBOURS and _flat(y, bottom, top)
-        else:
-            low[r], high[r], widest[r], gap[r] = -np.inf, np.inf, np.inf, np.inf
+        low[r], high[r] = _range(y)
+        span = high[r] - low[r]
+        if 0.0 < span < np.inf:
+            _fill_shares(y, low[r], 1.0 / span, share)
+            widest[r] = (_farthest(share) + _SINGLE) * span
+            gap[r] = (widest_gap(share) + _SINGLE) * span
+            flat[r] = _at_ends(share) >= _NEIGHBOURS
+            flat[r] = flat[r] and _flat(y, low[r] + ROUNDING * span, high[r] - ROUNDING * span)
+        elif y.size > 0:
+            widest[r], gap[r], flat[r] = span, span, span == 0.0 and y.size >= _NEIGHBOURS
     return Extremes(low, high, widest, gap, flat)
 
 
-@njit(**KERNEL, fastmath={"reassoc"})
-def _finite(y: Array) -> bool:
-    total = 0.0
-    for i in range(y.size):
-        # of what is not finite this is not a number
-        total += 0.0 * y[i]
-    return total == 0.0
+@njit(**KERNEL)
+def _range(y: Array) -> tuple[float, float]:
+    """Extremes of the samples; infinite where one is not finite."""
+    low, high, nothing = np.inf, -np.inf, 0.0
+    lowest, highest, zeros = np.full(_LANES, np.inf), np.full(_LANES, -np.inf), np.zeros(_LANES)
+    whole = y.size // _LANES * _LANES
+    for begin in range(0, whole, _LANES):
+        part = y[begin : begin + _LANES]
+        for j in range(_LANES):
+            value = part[j]
+            lowest[j] = value if value < lowest[j] else lowest[j]
+            highest[j] = value if value > highest[j] else highest[j]
+            # of what is not finite this is not a number
+            zeros[j] += 0.0 * value
+    for j in range(_LANES):
+        low, high, nothing = min(low, lowest[j]), max(high, highest[j]), nothing + zeros[j]
+    for i in range(whole, y.size):
+        low, high, nothing = min(low, y[i]), max(high, y[i]), nothing + 0.0 * y[i]
+    return (low, high) if nothing == 0.0 else (-np.inf, np.inf)
 
 
 @njit(**KERNEL)
-def _farthest(y: Array) -> tuple[float, float, float]:
-    """Extremes of finite samples, and the largest distance of two up to three apart."""
-    low, high, widest = np.inf, -np.inf, 0.0
-    at_a_time = _LANES * _FOLDS
-    beside = np.full(_LANES, np.inf), np.full(_LANES, -np.inf), np.zeros(_LANES)
+def _fill_shares(y: Array, low: float, scale: float, share: NDArray[np.float32]) -> None:
+    """Fill in the samples as shares of their range."""
+    for i in range(y.size):
+        share[i] = (y[i] - low) * scale
+
+
+@njit(**KERNEL)
+def _farthest(y: NDArray[np.float32]) -> float:
+    """Largest distance of two samples up to three apart."""
+    at_a_time, widest = _LANES * _FOLDS, np.float32(0.0)
+    beside = np.zeros(_LANES, np.float32)
     whole = max(y.size - _APART, 0) // at_a_time * at_a_time
     for begin in range(0, whole, at_a_time):
-        _fold(y[begin : begin + at_a_time + _APART], *beside)
+        _fold(y[begin : begin + at_a_time + _APART], beside)
     for j in range(_LANES):
-        low, high, widest = min(low, beside[0][j]), max(high, beside[1][j]), max(widest, beside[2][j])
+        widest = max(widest, beside[j])
     for i in range(whole, y.size):
-        low, high = min(low, y[i]), max(high, y[i])
         for j in range(i + 1, min(i + 1 + _APART, y.size)):
             widest = max(widest, abs(y[j] - y[i]))
-    return low, high, widest
+    return float(widest)
 
 
 @njit(**INNER)
-def _fold(part: Array, low: Array, high: Array, widest: Array) -> None:
+def _fold(part: NDArray[np.float32], widest: NDArray[np.float32]) -> None:
     """Take over, lane by lane, what goes farther in a part: the range of four samples is their distance."""
     for j in range(_LANES):
-        lowest, highest, distance = low[j], high[j], widest[j]
+        distance = widest[j]
         for k in range(j, j + _LANES * _FOLDS, _LANES):
             a, b, c, d = part[k], part[k + 1], part[k + 2], part[k + 3]
             above, below = (a if a > b else b), (a if a < b else b)
             other_above, other_below = (c if c > d else d), (c if c < d else d)
             above = above if above > other_above else other_above
             below = below if below < other_below else other_below
-            highest = above if above > highest else highest
-            lowest = below if below < lowest else lowest
             reach = above - below
             distance = reach if reach > distance else distance
-        low[j], high[j], widest[j] = lowest, highest, distance
+        widest[j] = distance
 
 
-@njit(**KERNEL)
-def _beyond(y: Array, bottom: float, top: float) -> int:
-    count = 0
-    for i in range(y.size):
-        count += (y[i] >= top) | (y[i] <= bottom)
-    return count
+@njit(**KERNEL, fastmath={"reassoc"})
+def _at_ends(share: NDArray[np.float32]) -> float:
+    """How many samples lie at either end of their range; counted in single precision, several at a time."""
+    bottom, top = np.float32(_SINGLE), np.float32(1.0 - _SINGLE)
+    one, count = np.float32(1.0), np.float32(0.0)
+    for i in range(share.size):
+        count += one if share[i] >= top or share[i] <= bottom else np.float32(0.0)
+    return float(count)
 
 
 @njit(**KERNEL)

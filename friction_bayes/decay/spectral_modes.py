@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.fft import rfft
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
@@ -37,7 +38,7 @@ _DIP = 0.5
 """Share of the weaker mode's amplitude below which the spectrum falls between two."""
 _RIVAL = 0.5
 """Share of the strongest mode from which on the record is not that of one mode."""
-_AT_A_TIME = 1 << 16
+_AT_A_TIME = 1 << 18
 """Values of spectra that are kept at a time, while they are near."""
 _NEARLY = 1.0 - 1e-9
 """Share of a limit that rounding in another order does not reach."""
@@ -90,14 +91,12 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     for begin in range(0, rows, at_a_time):
         part = slice(begin, begin + at_a_time)
         own = SpectralModes._make(field[part] for field in alone)
-        steps, energy = np.empty((own.frequency.size, n - 1)), np.empty(own.frequency.size)
-        _fill_steps(values[part], width, steps, energy)
-        spectrum = np.fft.rfft(steps, length, axis=1)
-        peak, tops, longs, beyond = _strongest(
-            spectrum, first, grid, into_samples, sought, energy, own.frequency
-        )
+        steps = np.empty((own.frequency.size, n - 1), np.float32)
+        _fill_steps(values[part], width, steps)
+        spectrum = rfft(steps, length, axis=1)
+        peak, tops, longs, beyond = _strongest(spectrum, first, grid, into_samples, sought, own.frequency)
         for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
-            amplitude = np.abs(spectrum[row, band]) * into_samples / tops[row]
+            amplitude = np.abs(spectrum[row, band].astype(np.complex128)) * into_samples / tops[row]
             _tell_others(own, row, amplitude, grid, int(peak[row]), longs[row], expected)
     for frequency in (alone.frequency, alone.other):
         frequency /= width
@@ -128,43 +127,43 @@ def _tell_others(
         modes.several[row] = rivals.any()
 
 
-@njit(**KERNEL)
-def _fill_steps(values: Array, width: int, steps: Array, energy: Array) -> None:
-    """Differences of the means of blocks, shape (records, blocks - 1), and the sums of their squares about
-    their mean; samples that are not finite count as zero.
+@njit(**KERNEL, fastmath={"contract"})
+def _fill_steps(values: Array, width: int, steps: NDArray[np.float32]) -> None:
+    """Differences of the means of blocks, shape (records, blocks - 1), over the root of the sum of squares of
+    the means about theirs; samples that are not finite count as zero.
     """
     means = np.empty(steps.shape[1] + 1)
     for r in range(values.shape[0]):
         fill_block_means(values[r], width, 0.0, means)
-        mean = _sum(means)
-        if not math.isfinite(mean):
+        energy = _about_mean(means)
+        if not math.isfinite(energy):
             finite = np.where(np.isfinite(values[r]), values[r], 0.0)
             fill_block_means(finite, width, 0.0, means)
-            mean = _sum(means)
-        mean /= means.size
-        energy[r] = 0.0
-        for k in range(means.size):
-            energy[r] += (means[k] - mean) ** 2
+            energy = _about_mean(means)
+        scale = 1.0 / math.sqrt(energy) if energy > 0.0 else 0.0
         for k in range(means.size - 1):
-            steps[r, k] = means[k + 1] - means[k]
+            steps[r, k] = (means[k + 1] - means[k]) * scale
 
 
-@njit(**INNER)
-def _sum(values: Array) -> float:
-    total = 0.0
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def _about_mean(values: Array) -> float:
+    """Sum of the squares about the mean, in any order."""
+    total = square = 0.0
     for k in range(values.size):
         total += values[k]
-    return total
+    mean = total / values.size
+    for k in range(values.size):
+        square += (values[k] - mean) ** 2
+    return square
 
 
 @njit(**KERNEL)
 def _strongest(
-    spectrum: NDArray[np.complex128],
+    spectrum: NDArray[np.complex64],
     first: int,
     grid: Array,
     into_samples: Array,
     sought: int,
-    energy: Array,
     frequency: Array,
 ) -> tuple[Indices, Array, Array, Mask]:
     """Find the strongest maximum of each record, and whether any apart from it stands out of its skirts.
@@ -174,14 +173,13 @@ def _strongest(
     Parameters
     ----------
     spectrum : ndarray of complex, shape (records, m)
-        Of the differences.
+        Of the differences of a signal of unit energy, or of none.
     first : int
         Place of the first frequency of the band in it.
     grid, into_samples : ndarray, shape (k,)
         Frequencies of the band, and factors from amplitudes of differences to those of samples.
     sought : int
         So many of them are looked at for the strongest.
-    energy : ndarray, shape (records,)
     frequency : ndarray, shape (records,)
         Receives its frequency.
 
@@ -200,7 +198,7 @@ def _strongest(
     for r in range(records):
         own = spectrum[r, first : first + grid.size]
         for k in range(grid.size):
-            power[k] = own[k].real ** 2 + own[k].imag ** 2
+            power[k] = float(own[k].real) ** 2 + float(own[k].imag) ** 2
             amplitude[k] = math.sqrt(power[k]) * into_samples[k]
         best = 0
         for k in range(1, sought):
@@ -213,8 +211,8 @@ def _strongest(
         top = amplitude[best]
         peak[r], tops[r] = best, top
         frequency[r] = grid[best] + shift * (grid[1] - grid[0])
-        if energy[r] > 0.0:
-            longs[r] = 2.0 * top * top / energy[r]
+        if top > 0.0:
+            longs[r] = 2.0 * top * top
             beyond[r] = _beyond_skirts(amplitude, grid, best, longs[r])
     return peak, tops, longs, beyond
 

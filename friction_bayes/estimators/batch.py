@@ -320,7 +320,7 @@ def _estimate_chunk(
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
     flags[_finite(family.cdf(0.0, *coefficient)) > SURELY_NEGATIVE] |= _BIT["negative_friction"]
-    used = {row: decays.decay(row) for row in np.flatnonzero(found).tolist()}
+    used, later = found.copy(), dict[int, FreeDecay]()
     white, straight = np.zeros((2, len(values)), dtype=np.bool_)
     if judge or with_force:
         seen_through = fits if fits.glance is not None else _whole_signals(decays)
@@ -329,11 +329,14 @@ def _estimate_chunk(
             if fits.glance is None:
                 # amplitudes of a motion that has ended are judged as the method sees them
                 straight &= ~located.stops
-            _look_longer(white, used, seen_through)
-        _refuse_saturated(table, used, white)
+            _look_longer(white, used, decays, seen_through)
+        _refuse_saturated(table, used, decays, white)
     if with_force:
-        table = _answered(table, used, flags, white, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
-    return np.column_stack([table, _judged(table, used, flags, white & straight)]) if judge else table
+        fit_of = partial(estimator.fit, prior=prior, peaks=PEAKS[0])
+        table, later = _answered(table, used, decays, flags, white, fit_of)
+    if not judge:
+        return table
+    return np.column_stack([table, _judged(table, used, decays, later, flags, white & straight)])
 
 
 def _refuse(table: Array, row: int, status: int) -> None:
@@ -353,46 +356,56 @@ def _whole_signals(decays: FreeDecays) -> Fits | None:
     return waveform.fit_many(decays, waveform.default_prior(decays), peaks=PEAKS[0])
 
 
-def _look_longer(white: Mask, used: Mapping[int, FreeDecay], fits: Fits) -> None:
+def _look_longer(white: Mask, used: Mask, decays: FreeDecays, fits: Fits) -> None:
     """Mark those residuals that a longer look finds white; none of a method that leaves no residual."""
     if fits.residual is None:
         return
-    for row in np.flatnonzero(fits.found & ~white).tolist():
-        decay = used.get(row)
-        if decay is not None and decay.values.size >= LEAST_SAMPLES:
-            phase = fits.frequency[row] * decay.time
-            white[row] = looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS)
+    for row in np.flatnonzero(used & fits.found & ~white & (decays.counts >= LEAST_SAMPLES)).tolist():
+        phase = fits.frequency[row] * decays.decay(row).time
+        white[row] = looks_white(fits.residual(row), phase, decays.quantity.order, _COEFFICIENTS)
 
 
-def _refuse_saturated(table: Array, used: dict[int, FreeDecay], white: Mask) -> None:
+def _refuse_saturated(table: Array, used: Mask, decays: FreeDecays, white: Mask) -> None:
     """Refuse records whose tops are flat below noise, and take them out of those used.
 
     Flat tops leave no white noise.
     """
-    doubtful = [row for row in used if not white[row]]
-    for row in [row for row in doubtful if saturation_level(used[row]) is not None]:
-        _refuse(table, row, _CLIPPED)
-        del used[row]
+    for row in np.flatnonzero(used & ~white).tolist():
+        if saturation_level(decays.decay(row)) is not None:
+            _refuse(table, row, _CLIPPED)
+            used[row] = False
 
 
-def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers, straight: Mask) -> Integers:
+def _judged(
+    table: Array,
+    used: Mask,
+    decays: FreeDecays,
+    later: Mapping[int, FreeDecay],
+    flags: Integers,
+    straight: Mask,
+) -> Integers:
     """Bits of the warnings of each record, shape (records,): those found, and those of the decays used.
 
-    Whether the amplitude falls faster while it is larger is not asked of those that are ``straight``.
+    Whether the amplitude falls faster while it is larger is not asked of those that are ``straight``. Decays
+    that begin ``later`` than located are by row.
     """
-    judged = np.zeros_like(flags)
-    frequency = table[:, [_COLUMNS.index(name) for name in ("frequency", "frequency_sd")]]
-    for row, decay in used.items():
-        found = {
-            "later_start": decay.later > 0,
-            "disturbed_release": decay.disturbed > 0,
-            "driven_before": decay.driven,
-            "faster_loss": not straight[row] and surely_faster_loss(decay) is not None,
-            "frequency": far_apart(decay.system, *frequency[row].tolist()),
-            "pendulum": bool(pendulum_notes(decay)),
-        }
-        judged[row] = flags[row] | sum(_BIT[name] for name, applies in found.items() if applies)
-    return judged
+    system, located = decays.system, decays.located
+    frequency, frequency_sd = (table[:, _COLUMNS.index(name)] for name in ("frequency", "frequency_sd"))
+    found = {
+        "disturbed_release": located.disturbed > 0,
+        "driven_before": located.driven,
+        "frequency": far_apart(system, frequency, frequency_sd),
+        **{name: np.zeros_like(used) for name in ("later_start", "faster_loss", "pendulum")},
+    }
+    found["later_start"][list(later)] = True
+    for row in np.flatnonzero(used & (system.angular | ~straight)).tolist():
+        decay = later.get(row) or decays.decay(row)
+        found["faster_loss"][row] = not straight[row] and surely_faster_loss(decay) is not None
+        found["pendulum"][row] = bool(pendulum_notes(decay))
+    judged = flags.copy()
+    for name, applies in found.items():
+        judged[applies] |= _BIT[name]
+    return np.where(used, judged, 0)
 
 
 def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
@@ -474,30 +487,31 @@ def _in_force(
 
 def _answered(
     table: Array,
-    used: dict[int, FreeDecay],
+    used: Mask,
+    decays: FreeDecays,
     flags: Integers,
     white: Mask,
     fit_of: Callable[[FreeDecay], Fit],
-) -> Array:
+) -> tuple[Array, dict[int, FreeDecay]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
     But where a glance at the residual shows white noise alone: the fit is the answer there, and what
     ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
-    decays that were answered, ``flags`` with what their forces are warned of for, and ``white`` without those
-    that begin later now.
+    records that were answered, ``flags`` with what their forces are warned of for, and ``white`` without
+    those that begin later now, which are returned too, by row.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
-    for row, decay in list(used.items()):
-        system, kind, unit = decay.system, decay.quantity, decay.unit
-        if white[row] and table[row, column["friction_low"]] > 0.0:
-            continue
-        used[row], fit = answered(decay, fit_of)
-        white[row] &= used[row] is decay
+    system, kind, unit, later = decays.system, decays.quantity, decays.unit, dict[int, FreeDecay]()
+    as_fitted = white & (table[:, column["friction_low"]] > 0.0)
+    for row in np.flatnonzero(used & ~as_fitted).tolist():
+        decay, fit = answered(decays.decay(row), fit_of)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
-            del used[row]
+            used[row] = False
             continue
+        if decay.later > 0:
+            later[row], white[row] = decay, False
         flags[row] &= ~_BIT["negative_friction"]
         flags[row] |= _BIT["push"] * rather_a_push(fit.random_force)
         new = {
@@ -517,7 +531,7 @@ def _answered(
             new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
         for name, value in new.items():
             table[row, column[name]] = value
-    return table
+    return table, later
 
 
 def _finite(values: Array) -> Array:

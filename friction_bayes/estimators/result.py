@@ -9,7 +9,9 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.core.declared_force import (
@@ -375,10 +377,10 @@ def force_notes(decay: FreeDecay, fit: Fit, *, slower_swings: bool = False) -> l
     return notes
 
 
-def far_apart(system: Oscillator, frequency: float, frequency_sd: float) -> bool:
-    """Whether a frequency found [rad/s] is so far from the declared one that a warning is given."""
-    apart = abs(frequency / system.natural_frequency - 1.0)
-    return apart > _WORTH_A_WARNING and bool(frequencies_disagree(system, frequency, frequency_sd))
+def far_apart(system: Oscillator, frequency: ArrayLike, frequency_sd: ArrayLike) -> Any:
+    """Whether frequencies found [rad/s] are so far from the declared one that a warning is given."""
+    apart = np.abs(np.asarray(frequency) / system.natural_frequency - 1.0) > _WORTH_A_WARNING
+    return (apart & frequencies_disagree(system, frequency, frequency_sd))[()]
 
 
 def rather_a_push(force: RandomForce | None) -> bool:

@@ -23,6 +23,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Integers
 from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
 from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, half_cycle_moments, track_phase
@@ -287,9 +288,7 @@ def envelope_statistics(
     for k in range(r):
         if stop[k] - start[k] < 8:
             continue
-        values = records[k, start[k] : stop[k]]
-        reference = values.mean()
-        values = values - reference
+        values, reference = about_mean(records[k, start[k] : stop[k]])
         polynomial = track_phase(values, step, frequency[k], phase[k], order)
         response, design, _ = half_cycle_rows(values, polynomial, order, swing_frequency)
         found, ok, left, moments = least_squares(design, response)

@@ -20,6 +20,8 @@ __all__ = ["ComparedForces", "ForceTable", "force_table", "probability_of_none"]
 
 _LANES = 32
 """Forces side by side, of which the last may be none at all: so many compilers take several at a time."""
+_STEADY = 1e-13
+"""Change of a gain from one sample to the next, relative or of a noise of unit sd, when it has settled."""
 _COLUMNS = 3
 """Free motion from either state at the first sample, and a constant."""
 
@@ -51,17 +53,26 @@ class ForceTable(NamedTuple):
         Phase from one sample to the next.
     transitions : ndarray, shape (7 _LANES,)
         Entries ``00, 01, 02, 10, 11, 12, 22`` of all, one after the other.
-    filters : ndarray, shape (n, 7 _LANES)
-        Likewise gains of displacement, velocity and force for a whitened innovation, one over the
-        innovation's sd, and the columns, whitened.
-    log_determinants : ndarray, shape (n + 1, _LANES)
-        Of the first samples.
+    gains : ndarray, shape (n, 4 _LANES)
+        Likewise gains of displacement, velocity and force for a whitened innovation, and one over the
+        innovation's sd.
+    log_determinants : ndarray, shape (n, _LANES)
+        Of the samples up to each.
+    settled : int
+        How many of either are filled in: the gains of the last of them are those of all that follow.
+    columns : ndarray, shape (n, 3 _LANES)
+        The columns, whitened.
+    products : ndarray, shape (6 _LANES,)
+        Sums ``aa, ab, bb, ac, bc, cc`` of their products.
     """
 
     step: float
     transitions: Array
-    filters: Array
+    gains: Array
     log_determinants: Array
+    settled: int
+    columns: Array
+    products: Array
 
 
 @njit(**KERNEL)
@@ -83,7 +94,8 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ComparedFor
     count = forces.ratio.size
     assert count <= _LANES
     transitions, forced, covariance = np.zeros(7 * _LANES), np.zeros(6 * _LANES), np.zeros(6 * _LANES)
-    filters, log_determinants = np.empty((n, 7 * _LANES)), np.zeros((n + 1, _LANES))
+    gains, log_determinants = np.empty((n, 4 * _LANES)), np.empty((n, _LANES))
+    columns, products = np.empty((n, _COLUMNS * _LANES)), np.zeros(6 * _LANES)
     f, q = np.empty((3, 3)), np.empty((3, 3))
     for k in range(count):
         square = forces.ratio[k] ** 2
@@ -94,20 +106,36 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ComparedFor
             forced[j * _LANES + k] = square * entry
         covariance[5 * _LANES + k] = square
     whitened, innovation = np.zeros((_COLUMNS, 7 * _LANES)), np.empty(_LANES)
+    settled, steady = 0, False
     for i in range(n):
         angle = i * step + 0.5 * math.pi * order
-        own = filters[i]
-        if i > 0:
-            _predict(transitions, forced, covariance)
-        _learn(row, covariance, own)
+        if not steady:
+            settled = i + 1
+            if i > 0:
+                _predict(transitions, forced, covariance)
+            _learn(row, covariance, gains[i])
+            for k in range(_LANES):
+                log_determinants[i, k] = -2.0 * math.log(gains[i, 3 * _LANES + k])
+                if i > 0:
+                    log_determinants[i, k] += log_determinants[i - 1, k]
+            steady = i > 0 and _close(gains[i], gains[i - 1])
+        own = columns[i]
         # what is added up of a column with those that are not known yet is not used
         for j, value in enumerate((math.cos(angle), math.sin(angle), 1.0)):
-            _advance(value, row, transitions, own, whitened[j], innovation)
+            _advance(value, row, transitions, gains[settled - 1], own, whitened[j], innovation)
             for k in range(_LANES):
-                own[(4 + j) * _LANES + k] = innovation[k]
-        for k in range(_LANES):
-            log_determinants[i + 1, k] = log_determinants[i, k] - 2.0 * math.log(own[3 * _LANES + k])
-    return ForceTable(step, transitions, filters, log_determinants)
+                own[j * _LANES + k] = innovation[k]
+        _add_products(own, products)
+    return ForceTable(step, transitions, gains, log_determinants, settled, columns, products)
+
+
+@njit(**INNER)
+def _close(gains: Array, before: Array) -> bool:
+    """Whether the gains of all forces, and one over the innovation's sd, are what they were to rounding."""
+    most = 0.0
+    for k in range(4 * _LANES):
+        most = max(most, abs(gains[k] - before[k]) / (1.0 + abs(gains[k])))
+    return most <= _STEADY
 
 
 @njit(**INNER, fastmath={"contract"})
@@ -129,7 +157,7 @@ def _predict(f: Array, forced: Array, covariance: Array) -> None:
 
 
 @njit(**INNER, fastmath={"contract"})
-def _learn(row: Array, covariance: Array, filters: Array) -> None:
+def _learn(row: Array, covariance: Array, gains: Array) -> None:
     """Gains for one sample, and the covariances once it is known."""
     see_x, see_v, see_d = row[0], row[1], row[2]
     for k in range(_LANES):
@@ -140,14 +168,16 @@ def _learn(row: Array, covariance: Array, filters: Array) -> None:
         d = xd * see_x + vd * see_v + dd * see_d
         scale = 1.0 / math.sqrt(see_x * x + see_v * v + see_d * d + 1.0)
         x, v, d = x * scale, v * scale, d * scale
-        filters[k], filters[_LANES + k], filters[2 * _LANES + k], filters[3 * _LANES + k] = x, v, d, scale
+        gains[k], gains[_LANES + k], gains[2 * _LANES + k], gains[3 * _LANES + k] = x, v, d, scale
         covariance[k], covariance[_LANES + k], covariance[2 * _LANES + k] = xx - x * x, xv - x * v, xd - x * d
         covariance[3 * _LANES + k], covariance[4 * _LANES + k] = vv - v * v, vd - v * d
         covariance[5 * _LANES + k] = dd - d * d
 
 
 @njit(**INNER, fastmath={"contract"})
-def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array, innovation: Array) -> None:
+def _advance(
+    value: float, row: Array, f: Array, gains: Array, columns: Array, sums: Array, innovation: Array
+) -> None:
     """Update the filters of all forces, side by side, with one sample.
 
     ``sums`` are the states, and those of the innovations with the columns and themselves; ``innovation``
@@ -159,22 +189,22 @@ def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array, in
         ahead_x = f[k] * x + f[_LANES + k] * v + f[2 * _LANES + k] * d
         ahead_v = f[3 * _LANES + k] * x + f[4 * _LANES + k] * v + f[5 * _LANES + k] * d
         ahead_d = f[6 * _LANES + k] * d
-        e = (value - see_x * ahead_x - see_v * ahead_v - see_d * ahead_d) * filters[3 * _LANES + k]
-        sums[k] = ahead_x + filters[k] * e
-        sums[_LANES + k] = ahead_v + filters[_LANES + k] * e
-        sums[2 * _LANES + k] = ahead_d + filters[2 * _LANES + k] * e
-        sums[3 * _LANES + k] += filters[4 * _LANES + k] * e
-        sums[4 * _LANES + k] += filters[5 * _LANES + k] * e
-        sums[5 * _LANES + k] += filters[6 * _LANES + k] * e
+        e = (value - see_x * ahead_x - see_v * ahead_v - see_d * ahead_d) * gains[3 * _LANES + k]
+        sums[k] = ahead_x + gains[k] * e
+        sums[_LANES + k] = ahead_v + gains[_LANES + k] * e
+        sums[2 * _LANES + k] = ahead_d + gains[2 * _LANES + k] * e
+        sums[3 * _LANES + k] += columns[k] * e
+        sums[4 * _LANES + k] += columns[_LANES + k] * e
+        sums[5 * _LANES + k] += columns[2 * _LANES + k] * e
         sums[6 * _LANES + k] += e * e
         innovation[k] = e
 
 
 @njit(**INNER, fastmath={"contract"})
-def _add_products(filters: Array, products: Array) -> None:
-    """Add the products ``aa, ab, bb, ac, bc, cc`` of the whitened columns at one sample."""
+def _add_products(columns: Array, products: Array) -> None:
+    """Add the products of the whitened columns at one sample."""
     for k in range(_LANES):
-        a, b, c = filters[4 * _LANES + k], filters[5 * _LANES + k], filters[6 * _LANES + k]
+        a, b, c = columns[k], columns[_LANES + k], columns[2 * _LANES + k]
         products[k] += a * a
         products[_LANES + k] += a * b
         products[2 * _LANES + k] += b * b
@@ -190,10 +220,16 @@ def probability_of_none(residual: Array, row: Array, forces: ComparedForces, tab
     Its free motion, a constant and the noise are integrated out under a flat prior.
     """
     n, count = residual.size, forces.ratio.size
-    sums, products, innovation = np.zeros(7 * _LANES), np.zeros(6 * _LANES), np.empty(_LANES)
+    sums, innovation = np.zeros(7 * _LANES), np.empty(_LANES)
     for i in range(n):
-        _advance(residual[i], row, table.transitions, table.filters[i], sums, innovation)
-        _add_products(table.filters[i], products)
+        gains = table.gains[min(i, table.settled - 1)]
+        _advance(residual[i], row, table.transitions, gains, table.columns[i], sums, innovation)
+    products = table.products
+    if n < len(table.columns):
+        products = np.zeros(6 * _LANES)
+        for i in range(n):
+            _add_products(table.columns[i], products)
+    last = min(n, table.settled) - 1
     moments = sums[3 * _LANES :].reshape(4, _LANES)
     freedom = n - _COLUMNS
     log_weight = np.empty(count)
@@ -208,7 +244,9 @@ def probability_of_none(residual: Array, row: Array, forces: ComparedForces, tab
         cc = math.sqrt(cc - c * c - cb * cb)
         rc = (moments[2, k] - r * c - rb * cb) / cc
         rest = moments[3, k] - r * r - rb * rb - rc * rc
-        log_weight[k] = forces.log_prior[k] - 0.5 * (freedom * math.log(rest) + table.log_determinants[n, k])
+        log_determinant = table.log_determinants[last, k]
+        log_determinant -= 2.0 * (n - 1 - last) * math.log(table.gains[last, 3 * _LANES + k])
+        log_weight[k] = forces.log_prior[k] - 0.5 * (freedom * math.log(rest) + log_determinant)
         log_weight[k] -= math.log(a * bb * cc)
     total = 0.0
     for k in range(count):

@@ -131,18 +131,20 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     prepared = PreparedDecay(decay)
     if prepared.signal.size < LEAST_SAMPLES:
         return ()
-    along = [prepared.along_fit()]
-    shapes = _under_white_noise(prepared, _shapes(prepared, along))
+    fit = prepared.along_fit()
+    shapes = _under_white_noise(prepared, fit)
     if _of_force(shapes) > _SHIFTS_PATH:
-        along.append(prepared.along_smoothed())
+        smoothed = prepared.along_smoothed()
         # evidences compare where they are of the same samples
-        variance = np.maximum(*(each.regression.clock.variance for each in along))
-        along = [each.with_variance(variance) for each in along]
-        shapes = _under_white_noise(prepared, _shapes(prepared, along))
+        variance = np.maximum(fit.regression.clock.variance, smoothed.regression.clock.variance)
+        if np.any(variance > fit.regression.clock.variance):
+            fit = fit.with_variance(variance)
+            shapes = _under_white_noise(prepared, fit)
+        shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
     evaluated = _evaluate(prepared, shapes)
     if not _white_noise_explains(evaluated):
-        filters, probability = prepared.filters_along(along[0])
-        behind = _behind(prepared, filters[0][1], along[0]) if filters and probability > SLIGHT else []
+        filters, probability = prepared.filters_along(fit)
+        behind = _behind(prepared, filters[0][1], fit) if filters and probability > SLIGHT else []
         # spectra behind filters include no force, and cannot identify a filter with one behind it
         if sum(share for part, share in behind if not part.has_force) > 0.5:
             evaluated = [(part, share * (1.0 - probability)) for part, share in evaluated]
@@ -187,20 +189,32 @@ def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool
     return (law + any_shape if law >= any_shape else law) >= 1.0 - SLIGHT
 
 
-def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Laid]]:
-    """The law with corners as dry friction makes them, and with those of any shape, along several paths."""
-    free = [laid.with_free_corners(prepared.friction) for laid in along]
-    return [along, free] if free[0].has_free_corners else [along]
+def _shapes(prepared: PreparedDecay, laid: Laid) -> list[Laid]:
+    """The law along a path with corners as dry friction makes them, and with those of any shape."""
+    free = laid.with_free_corners(prepared.friction)
+    return [laid, free] if free.has_free_corners else [laid]
 
 
-def _under_white_noise(prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]]) -> list[_Shape]:
-    """Accounts of white noise as it is; without a force along the fit, with one along any path."""
-    found = [_Shape(paths, _without_force(prepared, paths[0])) for paths in shapes]
+def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:
+    """Accounts of white noise as it is along the fit, without a force and with one."""
+    found = [_Shape([laid], _without_force(prepared, laid)) for laid in _shapes(prepared, fit)]
     probable = _probable([shape.still for shape in found])
     return [
         shape._replace(forced=_with_force(prepared, _quiet(shape), shape.still)) if likely else shape
         for shape, likely in zip(found, probable, strict=True)
     ]
+
+
+def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) -> list[_Shape]:
+    """The same accounts with a force along another path too; those along the fit are what they were."""
+    found = []
+    for shape, other in zip(shapes, (laid, laid.with_free_corners(prepared.friction)), strict=False):
+        paths, forced = [*shape.paths, other], shape.forced
+        if forced is not None:
+            there = _with_force(prepared, _quiet(shape._replace(paths=[other])), shape.still)
+            forced = _best([forced, there])
+        found.append(_Shape(paths, shape.still, forced))
+    return found
 
 
 def _quiet(shape: _Shape) -> list[Laid]:

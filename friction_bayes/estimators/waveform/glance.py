@@ -28,7 +28,11 @@ from friction_bayes.estimators.noise.force_screen import (
     force_table,
     probability_of_none,
 )
-from friction_bayes.estimators.noise.noise_level import compared_forces, samples_in_mean
+from friction_bayes.estimators.noise.noise_level import (
+    compared_forces,
+    samples_in_mean,
+    samples_of_colour,
+)
 from friction_bayes.estimators.waveform.least_squares import WaveformFits
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
@@ -42,7 +46,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     first_at,
     half_cycle_table,
 )
-from friction_bayes.statespace.coloured_noise import MOST_LAGS, burg_recursion, most_lags, order_cost
+from friction_bayes.statespace.coloured_noise import MOST_LAGS, most_lags, order_cost
 from friction_bayes.statespace.kalman import sensor_row
 
 __all__ = ["glance"]
@@ -55,8 +59,10 @@ _SAME_CLOCK = 0.02
 """Rad by which the phase of a record may run away from the table's."""
 _FEWEST = 12
 """Half cycles below which amplitudes scatter too little or too much by chance for a short form."""
-_LAGS_AT_A_TIME, _NEAR = 6, 2000
-"""Lags that one reading gives products of, and values that are read for all lags while they are near."""
+_LAGS_AT_A_TIME, _NEAR = 10, 2000
+"""Lags that one reading gives products of, and values that are read while they are near."""
+_BESIDE = MOST_LAGS + _LAGS_AT_A_TIME
+"""Zeros on either side of values whose products are added up, so that no sum ends early."""
 _ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - LOG_ODDS_OF_FASTER
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
@@ -88,105 +94,104 @@ def _glance_all(
     forces: ComparedForces,
     found: Glance,
 ) -> None:
-    work = np.empty(values.shape[1], np.float32)
+    # nothing before the first value and after the last
+    work = np.zeros(values.shape[1] + 2 * _BESIDE, np.float32)
+    few = np.zeros(values.shape[1] // 2 + 2 * _BESIDE, np.float32)
     table = force_table(0.5, ZERO + 2, row, order, forces)
     for r in range(values.shape[0]):
         n = located.stop[r] - located.start[r]
         if not fits.found[r] or n < LEAST_SAMPLES:
             continue
-        p, residual = fits.coefficients[r], work[:n]
+        p, residual = fits.coefficients[r], work[_BESIDE : _BESIDE + n]
+        work[_BESIDE + n :] = 0.0
         # about a fitted offset the residual has no mean
         scale = math.sqrt(n / max(fits.misfit[r], 1e-300))
         moving = values[r, located.start[r] : located.stop[r]]
         found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual)
-        if _surely_uncorrelated(residual):
-            angle = 2.0 * p[ADVANCE] / (n - 1)
+        angle = 2.0 * p[ADVANCE] / (n - 1)
+        if _surely_uncorrelated(work, n) and _surely_without_colour(residual, samples_of_colour(angle), few):
             block = samples_in_mean(angle)
             means = np.empty(n // block)
             fill_block_means(residual, block, 0.0, means)
-            if means.size > COEFFICIENTS and _order_zero(means):
+            if means.size > COEFFICIENTS:
                 table = _table_for(angle * block, means.size, row, order, forces, table)
                 found.white[r] = probability_of_none(means, row, forces, table) >= _NONE
 
 
-@njit(**KERNEL, fastmath={"reassoc"})
-def _centre(out: Array) -> None:
-    """Subtract the mean, and normalise the mean square to one."""
-    total, square = 0.0, 0.0
-    for i in range(out.size):
-        total += out[i]
-        square += out[i] * out[i]
-    mean = total / out.size
-    scale = 1.0 / math.sqrt(max(square / out.size - mean * mean, 1e-300))
-    for i in range(out.size):
-        out[i] = (out[i] - mean) * scale
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def _add_lagged_products(x: NDArray[np.float32], count: int, lag: int, products: Array) -> None:
+    """Add sums of products of values with those from ``lag`` to nine more on.
+
+    Two values five apart go with the same five others: lags beyond the fifth are those of the earlier one.
+    """
+    later, earlier = x[5:], x
+    a, b, c = x[5 + lag :], x[6 + lag :], x[7 + lag :]
+    d, e = x[8 + lag :], x[9 + lag :]
+    sum_a = sum_b = sum_c = sum_d = sum_e = np.float32(0.0)
+    far_a = far_b = far_c = far_d = far_e = np.float32(0.0)
+    for i in range(count):
+        near, far = later[i], earlier[i]
+        sum_a += near * a[i]
+        sum_b += near * b[i]
+        sum_c += near * c[i]
+        sum_d += near * d[i]
+        sum_e += near * e[i]
+        far_a += far * a[i]
+        far_b += far * b[i]
+        far_c += far * c[i]
+        far_d += far * d[i]
+        far_e += far * e[i]
+    for k, total in enumerate((sum_a, sum_b, sum_c, sum_d, sum_e, far_a, far_b, far_c, far_d, far_e)):
+        products[lag + k] += total
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
-def _add_lagged_products(x: NDArray[np.float32], count: int, lag: int, products: Array) -> None:
-    """Add the sums of the products of the first values with those from ``lag`` to five more on."""
-    a, b, c = x[lag:], x[lag + 1 :], x[lag + 2 :]
-    d, e, f = x[lag + 3 :], x[lag + 4 :], x[lag + 5 :]
-    sum_a = sum_b = sum_c = sum_d = sum_e = sum_f = np.float32(0.0)
-    for i in range(count):
-        value = x[i]
-        sum_a += value * a[i]
-        sum_b += value * b[i]
-        sum_c += value * c[i]
-        sum_d += value * d[i]
-        sum_e += value * e[i]
-        sum_f += value * f[i]
-    products[lag] += sum_a
-    products[lag + 1] += sum_b
-    products[lag + 2] += sum_c
-    products[lag + 3] += sum_d
-    products[lag + 4] += sum_e
-    products[lag + 5] += sum_f
+def _surely_without_colour(residual: NDArray[np.float32], block: int, work: NDArray[np.float32]) -> bool:
+    """Whether means of ``block`` values are :func:`_surely_uncorrelated`; ``work`` is zero at its ends."""
+    if block == 1:
+        return True
+    means = np.empty(residual.size // block)
+    fill_block_means(residual, block, 0.0, means)
+    total = square = 0.0
+    for i in range(means.size):
+        total += means[i]
+    mean = total / max(means.size, 1)
+    for i in range(means.size):
+        square += (means[i] - mean) ** 2
+    scale = math.sqrt(means.size / max(square, 1e-300))
+    for i in range(means.size):
+        work[_BESIDE + i] = (means[i] - mean) * scale
+    work[_BESIDE + means.size :] = 0.0
+    return _surely_uncorrelated(work, means.size)
 
 
 @njit(**INNER)
-def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
-    """Whether order zero of an autoregression is the most probable, by the Yule-Walker equations."""
-    most = most_lags(x.size)
+def _surely_uncorrelated(x: NDArray[np.float32], n: int) -> bool:
+    """Whether order zero of an autoregression is the most probable, by the Yule-Walker equations.
+
+    Of ``n`` values of unit mean square behind :data:`_BESIDE` zeros and before as many.
+    """
+    most = most_lags(n)
     covariance = np.zeros(MOST_LAGS + 1)
-    # the last values, of which there are not so many to go with, once more before nothing
-    ends = max(x.size - MOST_LAGS, 0)
-    last = np.zeros(x.size - ends + MOST_LAGS, np.float32)
-    last[: x.size - ends] = x[ends:]
+    first, count = _BESIDE - _LAGS_AT_A_TIME // 2, n + _LAGS_AT_A_TIME // 2
     for lag in range(1, MOST_LAGS + 1, _LAGS_AT_A_TIME):
-        for begin in range(0, ends, _NEAR):
-            count = min(_NEAR, ends - begin)
-            _add_lagged_products(x[begin : begin + count + MOST_LAGS], count, lag, covariance)
-        _add_lagged_products(last, x.size - ends, lag, covariance)
+        for begin in range(0, count, _NEAR):
+            _add_lagged_products(x[first + begin :], min(_NEAR, count - begin), lag, covariance)
     coefficients, before = np.zeros(most), np.zeros(most)
     variance = 1.0
     for m in range(1, most + 1):
-        reflection = covariance[m] / x.size
+        reflection = covariance[m] / n
         for k in range(m - 1):
-            reflection -= before[k] * covariance[m - 1 - k] / x.size
+            reflection -= before[k] * covariance[m - 1 - k] / n
         reflection /= variance
         for k in range(m - 1):
             coefficients[k] = before[k] - reflection * before[m - 2 - k]
         coefficients[m - 1] = reflection
         variance *= 1.0 - reflection * reflection
-        if not variance > 0.0 or order_cost(x.size, m, most, variance) < _MARGIN:
+        if not variance > 0.0 or order_cost(n, m, most, variance) < _MARGIN:
             return False
         for k in range(m):
             before[k] = coefficients[k]
-    return True
-
-
-@njit(**KERNEL)
-def _order_zero(means: Array) -> bool:
-    """Whether Burg's autoregression of the means has order zero, exactly as in the long form."""
-    x = means.copy()
-    _centre(x)
-    most = most_lags(x.size)
-    if most > 0:
-        _, variances = burg_recursion(x, most)
-        for m in range(1, most + 1):
-            if order_cost(x.size, m, most, variances[m]) < 0.0:
-                return False
     return True
 
 
@@ -195,7 +200,7 @@ def _table_for(
     step: float, n: int, row: Array, order: int, forces: ComparedForces, table: ForceTable
 ) -> ForceTable:
     """The table, or another one where the clock is not that one or the record is longer."""
-    if len(table.filters) >= n and abs(step - table.step) * n <= _SAME_CLOCK:
+    if len(table.columns) >= n and abs(step - table.step) * n <= _SAME_CLOCK:
         return table
     return force_table(step, n, row, order, forces)
 

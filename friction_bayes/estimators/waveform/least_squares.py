@@ -144,7 +144,6 @@ def fit_waveforms(
     _fit_all(values, places, located, order, weight, fits)
     if order == 2:
         _leave_out_turns(values, places, located, order, weight, fits)
-    fits.coefficients[:, OFFSET] += located.rest_position
     fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
     fits.found[:] &= _regular(fits.normal)
     return fits
@@ -164,19 +163,15 @@ def _regular(normal: Array) -> Mask:
 def _fit_all(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
-    """Fit each record about its rest position."""
-    prior, work = Penalty(weight, np.zeros(COEFFICIENTS)), np.empty(values.shape[1])
+    """Fit each record, from its rough rest position on."""
+    prior = Penalty(weight, np.zeros(COEFFICIENTS))
     for r in range(values.shape[0]):
         if located.status[r] == FOUND:
-            reference = located.rest_position[r]
-            y, first = work[: located.stop[r] - located.start[r]], located.start[r]
-            for i in range(y.size):
-                y[i] = values[r, first + i] - reference
-            p = np.zeros(COEFFICIENTS)
+            y, p = values[r, located.start[r] : located.stop[r]], np.zeros(COEFFICIENTS)
+            p[OFFSET] = located.rest_position[r]
             p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
             p[PHASE] = located.phase[r] + p[ADVANCE]
             fits.kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
-            prior.mean[OFFSET] = -reference
             signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
             at = NormalEquations(p, fits.normal[r], fits.gradient[r])
             width, squares, started = samples_averaged(located.frequency[r]), 0.0, False
@@ -230,11 +225,10 @@ def _leave_out_turns(
 ) -> None:
     """Repeat the fits of :func:`_fit_all` without samples near the turning points."""
     for r in np.flatnonzero(fits.found):
-        reference = located.rest_position[r]
-        y = values[r, located.start[r] : located.stop[r]] - reference
+        y = values[r, located.start[r] : located.stop[r]]
         signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
         at = NormalEquations(fits.coefficients[r], fits.normal[r], fits.gradient[r])
-        prior = Penalty(weight, np.array([-reference, 0.0, 0.0, 0.0, 0.0]))
+        prior = Penalty(weight, np.zeros(COEFFICIENTS))
         fits.misfit[r], fits.left_out[r], fits.found[r] = leave_out_turns(signal, at, fits.stop[r], prior)
 
 

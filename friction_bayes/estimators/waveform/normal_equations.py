@@ -99,7 +99,7 @@ def first_at(samples: Samples, s: float) -> int:
 
 
 class Signal(NamedTuple):
-    """What is fitted: moving samples less a constant near their rest, derivative order, and ``kappa``."""
+    """What is fitted: moving samples, derivative order, and ``kappa``."""
 
     y: Array
     samples: Samples

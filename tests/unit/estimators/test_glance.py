@@ -20,13 +20,16 @@ from friction_bayes.statespace.transition import initial_response
 RATE = 60.0
 
 
+@pytest.mark.parametrize(("samples", "longest"), [(70, 90), (400, 400), (400, 500)])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_filters_of_a_table_are_those_of_every_record(order: int, rng: np.random.Generator) -> None:
-    """Of fewer samples than the table has, too."""
+def test_filters_of_a_table_are_those_of_every_record(
+    order: int, samples: int, longest: int, rng: np.random.Generator
+) -> None:
+    """Of fewer samples than the table has, too, and of more than it takes the gains to settle."""
     step, row, forces = 0.9, sensor_row(order), compared_forces()
-    residual = rng.standard_normal(70) + 0.5 * np.sin(step * np.arange(70) + 1.0)
-    phase = step * np.arange(70)
-    columns = np.column_stack([at_sensor(initial_response(phase), row), np.ones(70), residual])
+    phase = step * np.arange(samples)
+    residual = rng.standard_normal(samples) + 0.3 * np.sin(1.01 * phase + 1.0)
+    columns = np.column_stack([at_sensor(initial_response(phase), row), np.ones(samples), residual])
     log_weights = []
     for ratio, tau, log_prior in zip(*forces, strict=True):
         found = whiten(columns, Clock.of(phase), row, float(ratio), float(tau))
@@ -34,12 +37,15 @@ def test_filters_of_a_table_are_those_of_every_record(order: int, rng: np.random
         beta = np.linalg.solve(gram[:3, :3], gram[:3, 3])
         rest = gram[3, 3] - gram[3, :3] @ beta
         determinant = np.linalg.slogdet(gram[:3, :3])[1] + found.log_determinant
-        log_weights.append(log_prior - 0.5 * (67 * np.log(rest) + determinant))
+        log_weights.append(log_prior - 0.5 * ((samples - 3) * np.log(rest) + determinant))
     weight = np.exp(np.array(log_weights) - max(log_weights))
-    assert 0.001 < weight[0] / weight.sum() < 0.999
-    table = force_table(step, 90, row, order, forces)
+    expected = weight[0] / weight.sum()
+    assert 1e-5 < expected < 1.0 - 1e-5
+    table = force_table(step, longest, row, order, forces)
+    # those of a velocity, which sees a force less, settle later
+    assert order == 1 or (table.settled < longest) == (longest > 90)
     none = probability_of_none(residual, row, forces, table)
-    assert none == pytest.approx(weight[0] / weight.sum(), rel=1e-9)
+    assert none == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_glance_passes_what_the_longer_looks_pass(rng: np.random.Generator) -> None:
