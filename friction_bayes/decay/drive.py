@@ -54,12 +54,16 @@ def driven_half_cycles(y: Array, omega: float) -> int:
     places = steps - _FEWEST_DRIVEN
     if places < 1:
         return 0
-    lost = amplitude[:-1] - amplitude[1:]
-    variance = max(2.0 * noise * noise, 1e-24 * amplitude.max() ** 2)
+    lost, most, least = np.zeros(steps), -math.inf, math.inf
+    for k in range(steps):
+        lost[k] = amplitude[k] - amplitude[k + 1]
+        most, least = max(most, lost[k]), min(least, lost[k])
+    largest = _largest(amplitude)
+    variance = max(2.0 * noise * noise, 1e-24 * largest**2)
     if not _may_begin_without_loss(amplitude, lost, variance):
         return 0
     # a step of the period in which the drive ends lies anywhere between the others
-    anywhere = -math.log(max(lost.max() - lost.min(), 1e-12 * amplitude.max()))
+    anywhere = -math.log(max(most - least, 1e-12 * largest))
     before = _courses(lost, variance)
     log_odds = np.full(steps, -math.inf)
     matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.ones(2)
@@ -82,7 +86,18 @@ def driven_half_cycles(y: Array, omega: float) -> int:
         if k >= _FEWEST_DRIVEN and _begins_without_loss(amplitude, k, sd, later):
             log_odds[k] = free + before[k - 2] + 2.0 * anywhere
     # ``free`` is now that of the law from the first period on
-    return 2 * _cut(log_odds + math.log(_DRIVEN / (1.0 - _DRIVEN) / places) - free)
+    prior = math.log(_DRIVEN / (1.0 - _DRIVEN) / places)
+    for k in range(steps):
+        log_odds[k] = log_odds[k] + prior - free
+    return 2 * _cut(log_odds)
+
+
+@njit(**INNER)
+def _largest(values: Array) -> float:
+    largest = -math.inf
+    for k in range(values.size):
+        largest = max(largest, values[k])
+    return largest
 
 
 @njit(**INLINED)
@@ -194,10 +209,12 @@ def _begins_without_loss(amplitude: Array, end: int, sd: float, later: float) ->
 @njit(**INLINED)
 def _cut(log_odds: Array) -> int:
     """First place by which a drive has surely ended; 0 where that there was one is less probable than not."""
-    largest = log_odds.max()
+    largest = _largest(log_odds)
     if not largest > -math.inf:
         return 0
-    total = np.exp(log_odds - largest).sum()
+    total = 0.0
+    for k in range(log_odds.size):
+        total += math.exp(log_odds[k] - largest)
     if not largest + math.log(total) > 0.0:
         return 0
     reached, k = 0.0, -1

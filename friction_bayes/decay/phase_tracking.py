@@ -157,11 +157,12 @@ def half_cycle_moments(
     first = math.floor((phase_at(polynomial, begin)[0] - shift) / math.pi)
     count = math.floor((phase_at(polynomial, begin + (n - 1) * spacing)[0] - shift) / math.pi) - first + 1
     found = _HalfCycles(
-        first + np.arange(count), np.zeros(count), np.zeros((count, 4, 4)), np.zeros((count, 4))
+        np.empty(count, np.int64), np.zeros(count), np.zeros((count, 4, 4)), np.zeros((count, 4))
     )
     cosine, sine = np.empty(n), np.empty(n)
     i = ZERO
     for k in range(count):
+        found.number[k] = first + k
         end = n
         if k + 1 < count:
             turn = time_of_phase(polynomial, (first + k + 1) * math.pi + shift, 2.0) - 1.0

@@ -137,7 +137,9 @@ def _fill_steps(values: Array, width: int, steps: NDArray[np.float32]) -> None:
         fill_block_means(values[r], width, 0.0, means)
         energy = _about_mean(means)
         if not math.isfinite(energy):
-            finite = np.where(np.isfinite(values[r]), values[r], 0.0)
+            finite = np.empty(values.shape[1])
+            for i in range(finite.size):
+                finite[i] = values[r, i] if math.isfinite(values[r, i]) else 0.0
             fill_block_means(finite, width, 0.0, means)
             energy = _about_mean(means)
         scale = 1.0 / math.sqrt(energy) if energy > 0.0 else 0.0

@@ -6,6 +6,7 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
@@ -94,8 +95,9 @@ def make_record(
     if masks:
         kept = ~np.logical_or.reduce(masks)
         clock, signal = clock[kept], signal[kept]
-    # as they are: xarray otherwise loads dask.array to see whether the arrays are Dask's
-    stamps = xr.Variable("time", clock, {"units": "s", "standard_name": "time"}, fastpath=True)
+    # as they are, and the times as the index that xarray makes of them: it otherwise loads Dask to see
+    # whether the arrays are Dask's
+    stamps = xr.IndexVariable("time", pd.Index(clock), {"units": "s", "standard_name": "time"}, fastpath=True)
     told = {"quantity": kind.name, "units": si_unit, "name": name, **attrs}
     samples = xr.Variable("time", signal * factor, told, fastpath=True)
     return xr.DataArray(samples, coords={"time": stamps}, name=kind.name)

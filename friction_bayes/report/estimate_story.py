@@ -7,9 +7,8 @@ from typing import Any
 
 from friction_bayes.core.text import duration, number, of_friction, with_interval
 from friction_bayes.estimators.result import Estimate
-from friction_bayes.report.story import behind_filter
 
-__all__ = ["JUDGEMENTS", "apart", "estimate_story", "story_of_estimate"]
+__all__ = ["JUDGEMENTS", "apart", "behind_filter", "estimate_story", "story_of_estimate"]
 
 _LIKELY, _WORTH_A_WORD = 0.5, 0.01
 """Probabilities from which on something is there, and cannot be excluded."""
@@ -139,3 +138,12 @@ def apart(reference: Mapping[str, Any]) -> str:
     """Distance of the two means in posterior sd, which shows whether a disagreement matters."""
     difference = reference["difference_in_sd"]
     return "–" if difference is None else f"{abs(difference):.2f}"
+
+
+def behind_filter(filter_: Mapping[str, Any] | None) -> str:
+    """Say which filter the record went through, as the end of a sentence; empty where there is none."""
+    if filter_ is None:
+        return ""
+    return (
+        f", behind {filter_['name']}: the {1.0 - filter_['gain']:.2%} that it takes of the motion is put back"
+    )

@@ -22,10 +22,10 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.loop.report.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.report.estimate_story import behind_filter
 from friction_bayes.report.residual_tests import failures
 
 __all__ = [
-    "behind_filter",
     "between_records",
     "effect_lines",
     "friction_agreed",
@@ -479,15 +479,6 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
     order = f" of order {noise['order']}" if noise.get("order") else ""
     length = number(noise["correlation_length_s"], 3)
     return text + f"autoregressive{order}, correlated over {length} s{behind}"
-
-
-def behind_filter(filter_: Mapping[str, Any] | None) -> str:
-    """Say which filter the record went through, as the end of a sentence; empty where there is none."""
-    if filter_ is None:
-        return ""
-    return (
-        f", behind {filter_['name']}: the {1.0 - filter_['gain']:.2%} that it takes of the motion is put back"
-    )
 
 
 def _random_force(report: Report) -> str:

@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 from scipy.linalg.lapack import dposv
 
-from friction_bayes.core.arrays import Array, Indices, Integers, Mask
+from friction_bayes.core.arrays import ZERO, Array, Indices, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.cholesky import factor, forward
 from friction_bayes.statespace.kalman import Whitened
@@ -453,7 +453,14 @@ def _evaluate_sets(
     work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
     index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
     root, mean, cov = np.empty((p, p)), np.empty(p), np.empty((p, p))
-    every, where, spread, room = np.arange(p), np.empty(p), np.empty(p), np.empty((2 * p + VECTORS, p))
+    every, where, spread, room = (
+        np.empty(p, np.int64),
+        np.empty(p),
+        np.empty(p),
+        np.empty((2 * p + VECTORS, p)),
+    )
+    for a in range(p):
+        every[a] = a
     # the mass is at most one: it is computed where it matters
     for s in order:
         if bound[s] < best - _NEGLIGIBLE:
@@ -461,7 +468,7 @@ def _evaluate_sets(
         size = _penalised(gram, lam, reference, sets[s], index, work, rhs, back)
         factor(work, size)
         forward(work, rhs, size, half)
-        some = 0
+        some = ZERO
         for a in range(size):
             if positive[index[a]]:
                 _inverse_column(work, size, a, root[some])

@@ -41,7 +41,6 @@ _MIN_SAMPLES = 6.0
 _SMALLEST_SHARE = 1e-3
 
 
-@njit(**KERNEL)
 def half_cycle_rows(
     values: Array, polynomial: Array, order: int, swing_frequency: float
 ) -> tuple[Array, Array, int]:
@@ -71,6 +70,25 @@ def half_cycle_rows(
     amplitudes : int
         How many half cycles (or blocks of them) gave an amplitude.
     """
+    # what a pendulum takes in addition need not be compiled for others
+    if swing_frequency > 0.0:
+        return _rows_of_pendulum(values, polynomial, order, swing_frequency)
+    return _rows(values, polynomial, order, False)
+
+
+@njit(**KERNEL)
+def _rows_of_pendulum(
+    values: Array, polynomial: Array, order: int, swing_frequency: float
+) -> tuple[Array, Array, int]:
+    swing = _without_third_harmonic(values, polynomial, order, swing_frequency)
+    response, design, used = _rows(swing, polynomial, order, swing_frequency > 0.0)
+    _straighten(response, design, used, order, swing_frequency)
+    return response, design, used
+
+
+@njit(**KERNEL)
+def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) -> tuple[Array, Array, int]:
+    """Rows of an oscillation without harmonics, of ``complete_alone`` half cycles or of all."""
     n = values.size
     shift = 0.5 * order * math.pi
     first, _ = phase_at(polynomial, -1.0)
@@ -79,9 +97,7 @@ def half_cycle_rows(
     stride = math.ceil(_MIN_SAMPLES / per_half_cycle)
     first_block = math.floor((first - shift) / (math.pi * stride))
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
-    with_slope, with_f, with_one = _products(
-        values, polynomial, order, swing_frequency, stride, first_block, blocks
-    )
+    with_slope, with_f, with_one = _products(values, polynomial, order, stride, first_block, blocks)
     response = np.zeros(blocks + 1)
     design = np.zeros((blocks + 1, 3))
     rest = np.zeros(_FUNCTIONS)
@@ -91,7 +107,7 @@ def half_cycle_rows(
         count = one_products[_ONE]
         whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
         flat = slope_products[_SLOPE] <= _SMALLEST_SHARE * count
-        if count >= 2 and not flat and (whole or swing_frequency <= 0.0):
+        if count >= 2 and not flat and (whole or not complete_alone):
             _remove(f_products, slope_products, _SLOPE)
             _remove(one_products, slope_products, _SLOPE)
             if f_products[_F] > _SMALLEST_SHARE * count:
@@ -104,11 +120,7 @@ def half_cycle_rows(
     if rest[_ONE] > _SMALLEST_SHARE * n:
         _put(response, design, rows, rest, rest[_ONE])
         rows += 1
-    response = response[:rows].copy()
-    design = design[:rows].copy()
-    if swing_frequency > 0.0:
-        _straighten(response, design, used, order, swing_frequency)
-    return response, design, used
+    return response[:rows].copy(), design[:rows].copy(), used
 
 
 @njit(**INNER)
@@ -116,7 +128,6 @@ def _products(
     values: Array,
     polynomial: Array,
     order: int,
-    swing_frequency: float,
     stride: int,
     first_block: int,
     blocks: int,
@@ -130,8 +141,6 @@ def _products(
         np.zeros((blocks, _FUNCTIONS)),
         np.zeros((blocks, _FUNCTIONS)),
     )
-    if swing_frequency > 0.0:
-        values = _without_third_harmonic(values, polynomial, order, swing_frequency)
     cycles = half_cycle_moments(values, -1.0, 2.0 / (values.size - 1), order, polynomial)
     for k in range(cycles.number.size):
         half, moments, right = cycles.number[k], cycles.matrix[k], cycles.right[k]
@@ -290,7 +299,10 @@ def envelope_statistics(
             continue
         values, reference = about_mean(records[k, start[k] : stop[k]])
         polynomial = track_phase(values, step, frequency[k], phase[k], order)
-        response, design, _ = half_cycle_rows(values, polynomial, order, swing_frequency)
+        if swing_frequency > 0.0:
+            response, design, _ = _rows_of_pendulum(values, polynomial, order, swing_frequency)
+        else:
+            response, design, _ = _rows(values, polynomial, order, swing_frequency > 0.0)
         found, ok, left, moments = least_squares(design, response)
         rows[k] = response.size
         for a in range(MAX_DEGREE + 1):

@@ -94,7 +94,14 @@ def place(samples: Samples, i: int) -> float:
 def first_at(samples: Samples, s: float) -> int:
     """First sample that lies at ``s`` or behind it, from 0 to ``samples.size``."""
     if samples.places.size > 0:
-        return int(np.searchsorted(samples.places, s))
+        low, high = 0, samples.places.size
+        while low < high:
+            middle = (low + high) // 2
+            if samples.places[middle] >= s:
+                high = middle
+            else:
+                low = middle + 1
+        return low
     return min(max(math.ceil(0.5 * (samples.size - 1) * (1.0 + s)), 0), samples.size)
 
 
