@@ -63,6 +63,7 @@ ROOMS: dict[str, set[str]] = {
     "python_calamine": {"records"},
     "panel": {"app"},
     "numba": {"mechanics", "decay", "statespace", "estimators", "monitor", "loop"},
+    "pandas": {"records"},
     "pooch": {"records"},
     "pyuff": {"records"},
     "rich": {"cli"},
