@@ -222,18 +222,13 @@ def _add_swings(
 
 @njit(**KERNEL)
 def _exponential(y: Array, mean: float, cosine: Array, sine: Array, rate: float) -> tuple[float, float]:
-    """Residual sum of squares of an oscillation that dies away at a rate a sample, and its constant.
-
-    Its complex amplitude changes steadily in addition: the phase, of all windows alike, is that of noise
-    where the motion has died away.
-    """
-    matrix, right, square = np.zeros((5, 5)), np.zeros(5), 0.0
-    basis = np.ones(5)
+    """Residual sum of squares of an oscillation that dies away at a rate a sample, and its constant."""
+    matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
+    basis = np.ones(3)
     share, fall = 1.0, math.exp(-rate)
     for j in range(y.size):
-        value, h = y[j] - mean, j / y.size
+        value = y[j] - mean
         basis[1], basis[2] = share * cosine[j], share * sine[j]
-        basis[3], basis[4] = h * basis[1], h * basis[2]
         add_sample(matrix, right, basis, value, 1.0)
         square += value * value
         share *= fall
