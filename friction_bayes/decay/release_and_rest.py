@@ -51,8 +51,6 @@ _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
 _RESYNCHRONISED = 64
 """Samples after which a phase that has been turned from one to the next is computed anew."""
-_RATE_KNOWN = 0.02
-"""Logarithm of a rate to which that of the best is known."""
 _TWO_LEVELS = 1.5
 """Steps of the sensor that two neighbouring levels span at most, printed with few digits."""
 
@@ -221,48 +219,10 @@ def _add_swings(
 
 
 @njit(**KERNEL)
-def _exponential(y: Array, mean: float, cosine: Array, sine: Array, rate: float) -> tuple[float, float]:
-    """Residual sum of squares of an oscillation that dies away at a rate a sample, and its constant."""
-    matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
-    basis = np.ones(3)
-    share, fall = 1.0, math.exp(-rate)
-    for j in range(y.size):
-        value = y[j] - mean
-        basis[1], basis[2] = share * cosine[j], share * sine[j]
-        add_sample(matrix, right, basis, value, 1.0)
-        square += value * value
-        share *= fall
-    x, cost = regression(matrix, right, square)
-    return cost, x[0]
-
-
-@njit(**KERNEL)
-def _dying_away(y: Array, mean: float, cosine: Array, sine: Array, fastest: float) -> tuple[float, float]:
-    """The same at the best rate of at most ``fastest``: golden sections of its logarithm."""
-    low, high = math.log(1.0 / y.size), math.log(fastest)
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    inner, outer = high - golden * (high - low), low + golden * (high - low)
-    left = _exponential(y, mean, cosine, sine, math.exp(inner))
-    right = _exponential(y, mean, cosine, sine, math.exp(outer))
-    while high - low > _RATE_KNOWN:
-        if left[0] < right[0]:
-            high, outer, right = outer, inner, left
-            inner = high - golden * (high - low)
-            left = _exponential(y, mean, cosine, sine, math.exp(inner))
-        else:
-            low, inner, left = inner, outer, right
-            outer = low + golden * (high - low)
-            right = _exponential(y, mean, cosine, sine, math.exp(outer))
-    return left if left[0] < right[0] else right
-
-
-@njit(**KERNEL)
 def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float, float, float]:
     """Where the amplitude meets zero, constant samples after.
 
-    The amplitude falls to zero on a line, or on a parabola where the data ask for it. A motion that goes on
-    has an amplitude that bends, or dies away: damped strongly, it is below the noise before the record ends,
-    which is no stop.
+    The amplitude falls to zero on a line, or on a parabola where the data ask for it.
 
     Returns
     -------
@@ -317,10 +277,6 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
         places -= 1
     if best_cost > bent_cost * (1.0 + EVIDENCE / n):
         best, best_cost, centre = bent, bent_cost, bent_centre
-    if best_cost < on_cost:
-        away_cost, away_centre = _dying_away(moving, mean, c, s, 1.0 / half)
-        if away_cost < on_cost:
-            on_cost, on_centre = away_cost, away_centre
     if on_cost <= best_cost * (1.0 - 6.0 / n):
         best, best_cost, centre = math.inf, on_cost, on_centre
     explained = (variance - best_cost) / 5.0 / max(best_cost / max(n - 6, 1), 1e-300)
@@ -533,9 +489,7 @@ def _moving_part(
     if not amplitude_falls(free_samples, rate * width, after_drive):
         return NOT_DECAYING, 0, 0, 0.0, 0.0, 0.0, False, 0, undriven
     phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
-    # a motion that has become smaller than the sensor's steps may go on below them
-    stops = hinge < math.inf and stop < y.size
-    return FOUND, first_sample, stop, rate, phase, rest + offset, stops, disturbed, undriven
+    return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed, undriven
 
 
 @njit(**INNER)

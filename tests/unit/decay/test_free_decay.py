@@ -304,25 +304,3 @@ def test_two_samples_may_be_lost_anywhere_however_few_a_period_has() -> None:
     lost_three = np.delete(np.arange(values.size), [30, 31, 32])
     with pytest.raises(InputError, match=r"gap of 0\.2 s"):
         find_free_decay(make_record(time[lost_three], values[lost_three], "displacement"), SYSTEM)
-
-
-@pytest.mark.parametrize("quantity", QUANTITIES)
-@pytest.mark.parametrize("ratio", [0.05, 0.1, 0.17])
-def test_a_motion_that_dies_away_has_not_stopped(
-    quantity: str, ratio: float, rng: np.random.Generator
-) -> None:
-    """The closed form of viscous damping: its amplitude meets zero nowhere, lost in noise or not."""
-    time = np.arange(1500) / 200.0
-    pole = FREQUENCY * complex(-ratio, math.sqrt(1.0 - ratio**2))
-    signal = (pole ** QUANTITIES.index(quantity) * np.exp(pole * time)).real
-    decay = found(signal + noise(signal, 15.0, rng), 200.0, quantity)
-    assert not decay.stops
-    assert decay.start_time + decay.duration == pytest.approx(time[-1])
-
-
-def test_a_motion_that_dies_away_below_the_steps_of_the_sensor_has_not_stopped() -> None:
-    time = np.arange(1500) / 200.0
-    decay = found(np.round(60.0 * np.exp(-2.0 * time) * np.cos(FREQUENCY * time)), 200.0, "displacement")
-    assert not decay.stops
-    # it is cut where the readings stand still, at an amplitude of about one step
-    assert 0.5 < 60.0 * math.exp(-2.0 * decay.duration) < 1.5
