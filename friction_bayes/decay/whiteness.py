@@ -52,7 +52,8 @@ def whiteness(residual: Array) -> Whiteness:
     """Test residuals, shape (n,), for correlation (Ljung & Box, Biometrika 65, 1978)."""
     n = residual.size
     lags = min(_LAGS, n // 5)
-    centred = residual - residual.mean()
+    # of no samples there is no mean
+    centred = residual - residual.sum() / max(n, 1)
     power = float(centred @ centred)
     if lags < 1 or power == 0.0:
         return Whiteness(0.0, 0.0, lags, 1.0)

@@ -108,7 +108,7 @@ def tests_before(fit: CoulombFit) -> ResidualTests:
     least = LEAST_NOISE * fit.model.scales.signal
     each = []
     for residual in fit.free_residuals:
-        rms = math.sqrt(float(np.mean(residual**2)))
+        rms = math.sqrt(float(residual @ residual) / max(residual.size, 1))
         # a record without noise: the residual is the integrator's error
         x = residual / rms if rms > least else np.zeros(residual.size)
         each.append(ResidualTests(noise_tests(x), rms))

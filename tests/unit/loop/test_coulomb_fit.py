@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.coulomb_fit import coulomb_model
 
@@ -70,6 +71,8 @@ def test_a_motion_that_stops_within_the_record_is_followed() -> None:
     assert fit.model.value(fit.z, "friction") == pytest.approx(0.8, rel=0.01)
 
 
-def test_what_cannot_be_fitted_says_so() -> None:
-    with pytest.raises(fb.InputError):
-        cut_records([fb.make_record(np.arange(200) * 0.01, np.zeros(200), "displacement")], SYSTEM)
+def test_a_motion_that_does_not_stay_finite_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    segments = cut_records([long_decay(duration=6.0, seed=3)], SYSTEM)
+    monkeypatch.setattr(LoopModel, "predict", lambda *_: None)
+    with pytest.raises(fb.InputError, match="no free decay under dry friction fits"):
+        coulomb_model(SYSTEM, segments)
