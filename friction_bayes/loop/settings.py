@@ -52,13 +52,13 @@ class LoopSettings:
         0.1,
         "share",
         "of the work of dry friction that may drive the motion, of a sum of squares in one sample, of a "
-        "force or template that a law must leave for a test of it",
+        "force that a law must leave for a test of it",
         "judgement",
     )
     bins: int = _setting(
         8,
         "number",
-        "parts of a record, half cycle or spectrum that are compared",
+        "parts of a record or spectrum that are compared",
         "judgement: changes over an eighth are seen, each part keeps many samples",
     )
     travel_bins: int = _setting(

@@ -145,7 +145,7 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
     # half a sample further out, so that the rounding of time stamps cannot lose the first or the last
     half = 0.5 * float(np.median(np.diff(time)))
     for option, limit in (("--start", start), ("--end", end)):
-        if limit is not None and not time[0] - half <= finite(option, limit) < time.max() + half:
+        if limit is not None and not time[0] - half < finite(option, limit) < time.max() + half:
             raise InputError(
                 option,
                 f"{limit:g} s lies outside {record_name(record)}",

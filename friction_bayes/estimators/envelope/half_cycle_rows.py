@@ -81,7 +81,7 @@ def _rows_of_pendulum(
     values: Array, polynomial: Array, order: int, swing_frequency: float
 ) -> tuple[Array, Array, int]:
     swing = _without_third_harmonic(values, polynomial, order, swing_frequency)
-    response, design, used = _rows(swing, polynomial, order, swing_frequency > 0.0)
+    response, design, used = _rows(swing, polynomial, order, True)
     _straighten(response, design, used, order, swing_frequency)
     return response, design, used
 
@@ -302,7 +302,7 @@ def envelope_statistics(
         if swing_frequency > 0.0:
             response, design, _ = _rows_of_pendulum(values, polynomial, order, swing_frequency)
         else:
-            response, design, _ = _rows(values, polynomial, order, swing_frequency > 0.0)
+            response, design, _ = _rows(values, polynomial, order, False)
         found, ok, left, moments = least_squares(design, response)
         rows[k] = response.size
         for a in range(MAX_DEGREE + 1):

@@ -16,6 +16,8 @@ __all__ = ["SENSOR_NONLINEARITY"]
 
 _AT_FULL_SWING = 0.02
 """Prior sd of each error at the largest signal, over it."""
+_NEAR_THE_ENDS = 10.0
+"""How many times as wide the priors are of a sensor near the ends of its range, which bends by a fifth."""
 
 
 def _distort(signal: Array, time: Array, curvature: float, cubic: float) -> Array:
@@ -44,6 +46,5 @@ SENSOR_NONLINEARITY = SensorEffect(
     excludes=("encoder_eccentricity",),
     # of the sensor, whatever the release
     per_record=False,
-    # a sensor near the ends of its range bends by a fifth
-    series=(Extent(1), Extent(2), Extent(1, 10.0), Extent(2, 10.0)),
+    series=(Extent(1), Extent(2), Extent(1, _NEAR_THE_ENDS), Extent(2, _NEAR_THE_ENDS)),
 )
