@@ -177,8 +177,9 @@ class _Point:
             prediction = model.predict(z, r)
             if prediction is None:
                 return None
-            residual = np.where(segment.free, segment.values - prediction.signal, 0.0)
-            used = max(int(np.count_nonzero(segment.free)), 1)
+            # flat samples count as measured: that the sensor clips is an effect
+            residual = np.where(segment.ignored, 0.0, segment.values - prediction.signal)
+            used = max(int(np.count_nonzero(~segment.ignored)), 1)
             least = (LEAST_NOISE * model.scales.signal) ** 2
             predictions.append(prediction)
             residuals.append(residual)
@@ -192,7 +193,7 @@ class _Point:
         precision, gradient = np.diag(prior), -prior * self.z
         for r, segment in enumerate(self.model.segments):
             columns = signal_derivatives(self.model, self.z, r, self.predictions[r], steps)
-            columns[~segment.free] = 0.0
+            columns[segment.ignored] = 0.0
             precision += columns.T @ columns / self.noise2[r]
             gradient += columns.T @ self.residuals[r] / self.noise2[r]
         return precision, gradient
