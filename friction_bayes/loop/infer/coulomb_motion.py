@@ -32,8 +32,7 @@ def coulomb_motion(record: MovingRecord) -> CoulombMotion | None:
     Returns
     -------
     CoulombMotion or None
-        None where no such law can
-        be fitted, or its mass stops or does not turn within the samples.
+        None where no such law can be fitted, or its mass stops or does not turn within the samples.
     """
     n = record.samples
     model = LoopModel(record.system, (record.segment,), (SENSOR_OFFSET.name,))
