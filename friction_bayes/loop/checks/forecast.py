@@ -143,7 +143,8 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
             level, later = effect.later(tuple(values[key] for key in own), share)
             values |= dict(zip(own, later, strict=True))
             if effect.resists:
-                friction *= level
+                # a drift that would make it negative has used it up
+                friction *= max(level, 0.0)
             else:
                 stiffness *= level
     model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])

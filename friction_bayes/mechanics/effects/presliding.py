@@ -36,8 +36,8 @@ def _force(
     i: int,
 ) -> float:
     pull = stiffness * abs(x)
-    # on the way out friction is fully turned; within the dead band the contact sticks
-    if p[i] <= 0.0 or x * direction >= 0.0 or pull <= friction:
+    # on the way out friction is fully turned; within the dead band the contact sticks; what pushes does not
+    if p[i] <= 0.0 or x * direction >= 0.0 or pull <= friction or friction <= 0.0:
         return 0.0
     energy = 0.5 * mass * v * v / p[i]
     ratio = energy / (pull + friction)
