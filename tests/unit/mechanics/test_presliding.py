@@ -6,6 +6,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from friction_bayes.core.system import Oscillator
+from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
 
 SYSTEM = Oscillator(mass=2.0, stiffness=200.0)
@@ -71,3 +72,10 @@ def test_it_comes_to_rest_in_the_dead_band() -> None:
     ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.displacement": DISTANCE})
     assert ours.stop_time < 10.0
     assert abs(ours.displacement[-1]) <= FRICTION / 200.0
+
+
+def test_a_friction_that_pushes_does_not_pre_slide() -> None:
+    """The pull of the spring and such a friction cancel: the distance had no denominator."""
+    force = PRESLIDING.force
+    assert force(0.0, 1.0, -0.5, -1.0, -100.0, 1.0, 1.0, 100.0, np.array([0.02]), 0) == 0.0
+    assert force(0.0, 1.0, -0.5, -1.0, 50.0, 1.0, 1.0, 100.0, np.array([0.02]), 0) > 0.0
