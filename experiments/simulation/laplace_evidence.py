@@ -26,7 +26,7 @@ __all__ = ["log_evidence", "log_normalisation"]
 def log_evidence(fit: LoopFit) -> float:
     """Log-evidence of a fit, up to what all models of the same samples share."""
     # no posterior is wider than the range of a flat prior, the normal volume of this precision
-    flat = np.array([c.precision == 0.0 for c in fit.model.coordinates])
+    flat = fit.model.prior_precision == 0.0
     least = np.where(flat, 2.0 * math.pi, 0.0)
     root = np.linalg.cholesky(fit.precision + np.diag(least))
     centre, objective = fit.centre
@@ -42,6 +42,6 @@ def log_evidence(fit: LoopFit) -> float:
 def log_normalisation(fit: LoopFit) -> float:
     """Logarithm of the prior density of the coordinates at zero distance, within its support."""
     low, high = fit.model.support
-    normal = np.array([c.precision > 0.0 for c in fit.model.coordinates])
+    normal = fit.model.prior_precision > 0.0
     mass = ndtr(high[normal]) - ndtr(low[normal])
     return float(-0.5 * math.log(2.0 * math.pi) * np.count_nonzero(normal) - np.log(mass).sum())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -64,11 +63,6 @@ class Objective:
     model: LoopModel
     noise_models: tuple[NoiseModel, ...]
 
-    @cached_property
-    def prior_precision(self) -> Array:
-        """Prior precision of each coordinate, shape (p,)."""
-        return np.array([c.precision for c in self.model.coordinates])
-
     def at(self, z: Array) -> Point | None:
         """The objective; None where the motion is not finite. Coordinates are moved within their bounds."""
         z = self.model.within_bounds(z)
@@ -83,13 +77,13 @@ class Objective:
                 fit_noise(residual, segment.sides, self.noise_models[r], self.model.scales, segment.ignored)
             )
         deviance = math.fsum(noise.deviance for noise in noises)
-        objective = deviance + float(self.prior_precision @ (z * z))
+        objective = deviance + float(self.model.prior_precision @ (z * z))
         return Point(z, tuple(predictions), tuple(noises), deviance, objective)
 
     def curvature(self, point: Point, steps: Array | None, known: Sequence[Array] | None = None) -> Curvature:
         """Expansion about a point, by difference ``steps`` or with derivatives ``known`` already."""
-        precision = np.diag(self.prior_precision + _ROUNDING)
-        gradient = -self.prior_precision * point.z
+        precision = np.diag(self.model.prior_precision + _ROUNDING)
+        gradient = -self.model.prior_precision * point.z
         jacobians = []
         for r in range(len(self.model.segments)):
             if known is None:

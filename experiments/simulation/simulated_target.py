@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -59,17 +58,12 @@ class _SampledModel:
 
     fit: LoopFit
 
-    @cached_property
-    def _precision(self) -> Array:
-        """Of the prior of each coordinate, zero where it is uniform on its support."""
-        return np.array([c.precision for c in self.fit.model.coordinates])
-
     def _inside(self, z: Array) -> Mask:
         low, high = self.fit.model.support
         return np.asarray(np.all((z >= low) & (z <= high), axis=1))
 
     def log_prior(self, z: Array) -> Array:
-        return np.where(self._inside(z), -0.5 * (z * z) @ self._precision, -np.inf)
+        return np.where(self._inside(z), -0.5 * (z * z) @ self.fit.model.prior_precision, -np.inf)
 
     def log_prob(self, z: Array) -> Array:
         out = self.log_prior(z)
@@ -98,7 +92,7 @@ class _SampledModel:
 
     def prior_draws(self, rng: np.random.Generator, n: int) -> Array:
         low, high = self.fit.model.support
-        flat = self._precision == 0.0
+        flat = self.fit.model.prior_precision == 0.0
         least, most = np.where(flat, 0.0, ndtr(low)), np.where(flat, 1.0, ndtr(high))
         u = least + (most - least) * rng.random((n, self.fit.z.size))
         return np.where(flat, u, ndtri(u))

@@ -155,6 +155,11 @@ class LoopModel:
         ends = np.array([c.support for c in self.coordinates])
         return ends[:, 0], ends[:, 1]
 
+    @cached_property
+    def prior_precision(self) -> Array:
+        """Prior precision of each coordinate, shape (p,): zero where its prior is uniform."""
+        return np.array([c.precision for c in self.coordinates])
+
     def within_bounds(self, z: Array) -> Array:
         """Coordinates moved back to where the force laws are defined."""
         return np.clip(z, *self.bounds)

@@ -172,7 +172,7 @@ class _Point:
     def at(cls, model: LoopModel, z: Array) -> _Point | None:
         """Coordinates are moved within their bounds; None where the motion is not finite."""
         z = model.within_bounds(z)
-        predictions, residuals, noise2, objective = [], [], [], float(_precisions(model) @ (z * z))
+        predictions, residuals, noise2, objective = [], [], [], float(model.prior_precision @ (z * z))
         for r, segment in enumerate(model.segments):
             prediction = model.predict(z, r)
             if prediction is None:
@@ -189,7 +189,7 @@ class _Point:
 
     def curvature(self, steps: Array | None) -> tuple[Array, Array]:
         """Gauss and Newton's curvature of half the objective, and minus half its gradient."""
-        prior = _precisions(self.model)
+        prior = self.model.prior_precision
         precision, gradient = np.diag(prior), -prior * self.z
         for r, segment in enumerate(self.model.segments):
             columns = signal_derivatives(self.model, self.z, r, self.predictions[r], steps)
@@ -210,11 +210,6 @@ class _Point:
                 return trial, max(damping / _DAMPED, _LEAST_DAMPING)
             damping *= _DAMPED
         return None, damping
-
-
-def _precisions(model: LoopModel) -> Array:
-    """Prior precision of each coordinate, shape (p,)."""
-    return np.array([c.precision for c in model.coordinates])
 
 
 def _starting_point(model: LoopModel) -> Array:
