@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import friction_bayes as fb
 from experiments.blind.scoring import set_name, widths_off
-from experiments.loop_priors import NAMES, RANDOM_FORCE, draw
+from experiments.loop_priors import NAMES, RANDOM_FORCE, SLIGHT, draw
 from experiments.method_tables import share_error, with_error
 from experiments.runner import Cell, Experiment, Row, main
 from friction_bayes.validation.calibration import Calibration, uniformity
@@ -67,6 +67,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "effects": set_name(drawn.effects),
         "others": len(set(drawn.effects) - {RANDOM_FORCE}),
         "random_force": RANDOM_FORCE in drawn.effects,
+        "slight": set_name(tuple(drawn.slight)),
         "dry": drawn.friction / drawn.loss,
         "offered": [float(name in drawn.offered) for name in NAMES],
         "acts": [float(name in drawn.effects) for name in NAMES],
@@ -227,7 +228,12 @@ def _splits(records: xr.Dataset) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     for count in range(3):
         yield f"{count} other effects", others == count
     yield "3 or more", others > 2
-    yield "nothing at all", ~forced & (others == 0)
+    none, slight = ~forced & (others == 0), records["slight"].values != set_name(())
+    yield "nothing at all", none & ~slight
+    yield "nothing but what is slight", none & slight
+    for name in (*SLIGHT, RANDOM_FORCE):
+        acts = [name in each.split("+") for each in records["slight"].values.tolist()]
+        yield f"slight {name.replace('_', ' ')}", np.array(acts, dtype=bool)
     acts = records["acts"]
     bent = acts.sel(effect=list(_BENT)).values.any(axis=1)
     clipped = acts.sel(effect="sensor_clipping").values > 0.0

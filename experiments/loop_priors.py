@@ -9,19 +9,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy import stats
 
 from experiments.blind.draws import log_uniform
+from experiments.blind.hidden import Seen, nats_against, seen
 from experiments.blind.prior_drawn import (
     AddedLaw,
     Sensor,
     measure,
     move,
     pushed_share,
+    release,
     shows_a_decay,
     turning_points,
 )
@@ -32,13 +35,14 @@ from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.moving_record import force_prior
 from friction_bayes.loop.settings import SETTINGS
-from friction_bayes.mechanics.effects import BUILT_IN, EFFECTS, Scales
-from friction_bayes.mechanics.effects.inclusion import EXPECTED
+from friction_bayes.mechanics.effects import BUILT_IN, EFFECTS, ForceEffect, Scales
+from friction_bayes.mechanics.effects.inclusion import EXPECTED, inclusion
 from friction_bayes.statespace.force_prior import ForcePrior
 
 __all__ = [
     "NAMES",
     "RANDOM_FORCE",
+    "SLIGHT",
     "DrawnRecord",
     "Setting",
     "draw",
@@ -71,6 +75,10 @@ _OF_FRICTION = frozenset(
     }
 )
 _BENDS_FRICTION = frozenset({"stribeck_friction", "presliding"})
+SLIGHT = {"viscous_damping": "damping_ratio", "friction_drift": "relative_change"}
+"""Effects that a record may have without showing them, and their strength in a law."""
+_MOST_DRAWS = 30
+"""Of a random force until one is hidden: a record in which none is shows every force."""
 _OF_NOISE = frozenset({"timing_jitter", "proportional_noise", "outliers", "sensor_clipping"})
 _MOST_PUSHED = 0.1
 """Work of friction that may drive the motion: with more the loop does not take a law for one."""
@@ -159,6 +167,8 @@ class DrawnRecord:
         Friction that alone would explain the loss of amplitude [N or N m].
     parameters : dict
         Strengths by effect.
+    slight : dict
+        The same of what acts in addition, too little to be seen.
     rests : bool
         Whether it reaches the rest.
     attempts : int
@@ -172,6 +182,7 @@ class DrawnRecord:
     friction: float
     loss: float
     parameters: dict[str, tuple[float, ...]]
+    slight: dict[str, tuple[float, ...]]
     rests: bool
     attempts: int
 
@@ -333,6 +344,45 @@ def _sensor(setting: Setting, drawn: Mapping[str, tuple[float, ...]]) -> Sensor:
     return Sensor(order=setting.scales.quantity.order, faults=faults, **given)
 
 
+def _draw_slight(
+    looked_at: Seen,
+    setting: Setting,
+    acting: Mapping[str, tuple[float, ...]],
+    prior: ForcePrior,
+    rng: np.random.Generator,
+) -> dict[str, tuple[float, ...]]:
+    """Draw what acts in addition to a set of effects, of the sizes that the loop gives to slight effects.
+
+    Their prior is a few standard deviations with which the record shows them
+    (:mod:`friction_bayes.loop.mixture.slight_effects`).
+    """
+    slight: dict[str, tuple[float, ...]] = {}
+    force = acting.get(RANDOM_FORCE)
+    bent = any(isinstance(EFFECTS[name], ForceEffect) for name in acting)
+    often = inclusion() if bent else SETTINGS.nuisance
+    for name, strength in SLIGHT.items():
+        effect = EFFECTS[name]
+        if rng.random() < often and not {name, *effect.excludes}.intersection(acting):
+            (parameter,) = effect.priors(setting.scales)
+            own = parameter.scale
+            scale = min(SETTINGS.unseen * looked_at.sd_of(strength, force), own)
+            low = -SETTINGS.gain_rise * own if effect.parameters[0].low == 0.0 else -math.inf
+            slight[name] = (float(stats.truncnorm(low / scale, math.inf, scale=scale).rvs(random_state=rng)),)
+    if force is None and rng.random() < SETTINGS.nuisance:
+        for _ in range(_MOST_DRAWS):
+            size, correlation_time = _draw_force(prior, rng)
+            against = nats_against(size, looked_at.force_variances(correlation_time))
+            if against <= 0.5 * SETTINGS.unseen**2:
+                return slight | {RANDOM_FORCE: (size, correlation_time)}
+    return slight
+
+
+def _draw_force(prior: ForcePrior, rng: np.random.Generator) -> tuple[float, float]:
+    """Standard deviation and correlation time."""
+    size = prior.centre * math.exp(prior.spread * float(rng.standard_normal()))
+    return size, log_uniform(rng, prior.tau_low, prior.tau_high)
+
+
 def draw(seed: np.random.SeedSequence | int) -> DrawnRecord:
     """Draw a record; draws that show no free decay are drawn again, setting and all."""
     rng = np.random.default_rng(seed)
@@ -350,15 +400,14 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
     friction = SETTINGS.friction_share * abs(float(rng.standard_normal()))
     if not _OF_FRICTION.intersection(chosen) and rng.random() < SETTINGS.no_dry_friction:
         friction = 0.0
-    with_force, z, u = rng.random(), float(rng.standard_normal()), float(rng.random())
     if setting.half_cycles * friction > 1.0:
         # at rest long before the end, which the integration need not find out
         return None
-    law = _law(friction, setting, drawn)
+    law, start = _law(friction, setting, drawn), release(setting.phase)
     if _pushes_at_some_time(law):
         return None
     try:
-        motion = move(law, setting.phase, None, rng)
+        motion = move(law, start, None, rng)
     except OverflowError:
         # friction that drives the motion has let it run away
         return None
@@ -366,17 +415,26 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
         return None
     loss = friction_of_loss(turning_points(motion))
     prior = force_prior(max(loss, _LEAST_LOSS))
-    if with_force >= prior.none:
-        size = prior.centre * math.exp(prior.spread * z)
-        correlation_time = prior.tau_low * (prior.tau_high / prior.tau_low) ** u
-        chosen, drawn = (*chosen, RANDOM_FORCE), drawn | {RANDOM_FORCE: (size, correlation_time)}
-        motion = move(law, setting.phase, (size, correlation_time), rng)
-    if not shows_a_decay(motion):
-        return None
+    if rng.random() >= prior.none:
+        chosen, drawn = (*chosen, RANDOM_FORCE), drawn | {RANDOM_FORCE: _draw_force(prior, rng)}
     sensor = _sensor(setting, drawn)
     times = np.arange(setting.samples) * 2.0 * math.pi / setting.samples_per_period
     rms = float(np.sqrt(np.mean(motion.sample(times)[0] ** 2)))
-    values, clipped = measure(motion, sensor, times, rms * 10.0 ** (-setting.snr_db / 20.0), rng)
+    noise_sd = rms * 10.0 ** (-setting.snr_db / 20.0)
+    slight: dict[str, tuple[float, ...]] = {}
+    if friction:
+        looked_at = seen(law, start, sensor.order, times, noise_sd)
+        slight = _draw_slight(looked_at, setting, drawn, prior, rng)
+        strengths = {SLIGHT[name]: p[0] for name, p in slight.items() if name in SLIGHT}
+        law = replace(law, **strengths)
+    force = (drawn | slight).get(RANDOM_FORCE)
+    if slight or force:
+        if _pushes_at_some_time(law):
+            return None
+        motion = move(law, start, force, rng)
+    if not shows_a_decay(motion):
+        return None
+    values, clipped = measure(motion, sensor, times, noise_sd, rng)
     if not clipped:
         # a level that nothing reaches is no fault of this record
         chosen = tuple(name for name in chosen if name != "sensor_clipping")
@@ -397,6 +455,7 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
         friction=friction * force_unit,
         loss=friction_of_loss(turning_points(motion)) * force_unit,
         parameters=drawn,
+        slight=slight,
         rests=motion.rest_time is not None,
         attempts=attempts,
     )

@@ -19,7 +19,17 @@ from experiments.blind.laws import Law
 from experiments.blind.ornstein_uhlenbeck import ornstein_uhlenbeck
 from experiments.blind.sensor_faults import with_sensor
 
-__all__ = ["AddedLaw", "Sensor", "measure", "move", "pushed_share", "shows_a_decay", "turning_points"]
+__all__ = [
+    "AddedLaw",
+    "Sensor",
+    "measure",
+    "move",
+    "pushed_share",
+    "reading",
+    "release",
+    "shows_a_decay",
+    "turning_points",
+]
 
 Signal = NDArray[np.float64]
 
@@ -88,19 +98,24 @@ class Sensor:
     outlier_sd: float = 0.0
 
 
+def release(phase: float) -> tuple[float, float]:
+    """Displacement and velocity at a phase of the unit amplitude; at zero the mass is at rest."""
+    return math.cos(phase), -math.sin(phase) if phase else 0.0
+
+
 def move(
     law: Law,
-    phase: float,
+    start: tuple[float, float],
     force: tuple[float, float] | None,
     rng: np.random.Generator,
 ) -> DisturbedMotion:
-    """Follow a law to its duration from the unit amplitude on.
+    """Follow a law to its duration.
 
     Parameters
     ----------
     law : Law
-    phase : float
-        Of the start; at zero it is a release.
+    start : tuple of float
+        Displacement and velocity.
     force : tuple of float or None
         Standard deviation and correlation time of a random force.
     rng : Generator
@@ -111,7 +126,6 @@ def move(
         step = min(step, force[1] / _STEPS_A_CORRELATION_TIME)
     n = math.ceil(law.duration / step) + 1
     path = np.zeros(n) if force is None else ornstein_uhlenbeck(rng, *force, step, n)
-    start = (math.cos(phase), -math.sin(phase) if phase else 0.0)
     return integrate_disturbed(law, *start, step, path)
 
 
@@ -138,7 +152,8 @@ def pushed_share(motion: DisturbedMotion) -> float:
     return float(np.maximum(-work, 0.0).sum()) / size if size else 0.0
 
 
-def _reading(motion: DisturbedMotion, order: int, times: Signal) -> Signal:
+def reading(motion: DisturbedMotion, order: int, times: Signal) -> Signal:
+    """Displacement, velocity or acceleration at ``times``, as ``order`` is 0, 1 or 2."""
     if order == 1:
         velocity: Signal = CubicHermiteSpline(motion.times, motion.x, motion.v)(times, 1)
         return velocity
@@ -164,10 +179,10 @@ def measure(
     taken = times
     if sensor.jitter:
         taken = np.clip(times + rng.normal(0.0, sensor.jitter, times.size), 0.0, float(motion.times[-1]))
-    clean = _reading(motion, sensor.order, taken)
+    clean = reading(motion, sensor.order, taken)
     shown = with_sensor(clean, times, 1.0, 1.0, sensor.faults)
     if sensor.lag:
-        shown = shown - sensor.lag * np.sign(_reading(motion, 1, times))
+        shown = shown - sensor.lag * np.sign(reading(motion, 1, times))
     for n, (sine, cosine) in enumerate(zip(sensor.turn_sines, sensor.turn_cosines, strict=True), 1):
         angle = n * sensor.swing * clean
         shown = shown + sine * np.sin(angle) + cosine * np.cos(angle)

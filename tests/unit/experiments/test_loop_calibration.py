@@ -9,12 +9,25 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
 
 from experiments import loop_calibration, loop_priors
+from experiments.blind.hidden import nats_against, seen
 from experiments.blind.laws import Law, integrate
-from experiments.blind.prior_drawn import AddedLaw, Sensor, measure, move, pushed_share, shows_a_decay
+from experiments.blind.prior_drawn import (
+    AddedLaw,
+    Sensor,
+    measure,
+    move,
+    pushed_share,
+    reading,
+    release,
+    shows_a_decay,
+)
 from experiments.loop_calibration import place_of_truth, rank_test, reliability, rows
-from experiments.loop_priors import NAMES, RANDOM_FORCE, Setting, draw, draw_effects, offered
+from experiments.loop_priors import NAMES, RANDOM_FORCE, SLIGHT, Setting, draw, draw_effects, offered
+from friction_bayes.loop.infer.moving_record import force_prior
+from friction_bayes.loop.settings import SETTINGS
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import inclusion
 
@@ -67,7 +80,7 @@ def test_parameters_come_from_the_stated_prior(name: str, rng: np.random.Generat
 
 
 def test_a_plain_law_moves_as_the_exact_one() -> None:
-    motion = move(AddedLaw(friction=0.02, duration=60.0), 0.0, None, np.random.default_rng(1))
+    motion = move(AddedLaw(friction=0.02, duration=60.0), release(0.0), None, np.random.default_rng(1))
     times = np.linspace(0.0, 59.0, 500)
     exact = integrate(Law(friction=0.02, duration=60.0), 1.0, 0.0, 60.0)
     for mine, theirs in zip(motion.sample(times), exact.sample(times), strict=True):
@@ -84,7 +97,7 @@ def test_changes_of_friction_add_up() -> None:
         friction_tilt=0.2,
         friction_bend=-0.4,
     )
-    motion = move(law, 0.0, None, np.random.default_rng(1))
+    motion = move(law, release(0.0), None, np.random.default_rng(1))
 
     def slope(t: float, y: np.ndarray) -> tuple[float, float]:
         sign = -1.0 if np.searchsorted(motion.turning_times, t, side="right") % 2 == 0 else 1.0
@@ -95,11 +108,14 @@ def test_changes_of_friction_add_up() -> None:
     times = np.linspace(0.0, 29.0, 300)
     np.testing.assert_allclose(motion.sample(times)[0], dense.sol(times)[0], rtol=0, atol=1e-6)
     assert pushed_share(motion) == 0.0
-    assert pushed_share(move(replace(law, friction_bend=-2.0), 0.0, None, np.random.default_rng(1))) > 0.1
+    assert (
+        pushed_share(move(replace(law, friction_bend=-2.0), release(0.0), None, np.random.default_rng(1)))
+        > 0.1
+    )
 
 
 def test_the_sensor_shows_what_it_is_given() -> None:
-    motion = move(AddedLaw(friction=0.01, duration=40.0), 0.0, None, np.random.default_rng(1))
+    motion = move(AddedLaw(friction=0.01, duration=40.0), release(0.0), None, np.random.default_rng(1))
     times, rng = np.arange(0.0, 40.0, 0.1), np.random.default_rng(2)
     clean, clipped = measure(motion, Sensor(order=0), times, 0.0, rng)
     assert clipped == 0
@@ -145,3 +161,91 @@ def test_small_form(seed: int) -> None:
     assert bins["n"].values.tolist() == [0, int(many["offered"].sum()), 0, 0, 0, 0]
     shifted = many.assign(place=("record", places**2))
     assert {row.what: row for row in rows(shifted)}["ranks of friction"].ours == "not uniform"
+
+
+@pytest.mark.parametrize(("order", "phase"), [(0, 0.0), (1, 2.0), (2, 2.0)])
+def test_strength_of_a_tenth_of_a_standard_deviation_costs_a_hundredth_of_chi_square(
+    order: int, phase: float
+) -> None:
+    law = AddedLaw(friction=0.01, duration=60.0)
+    times = np.linspace(0.0, 59.9, 400)
+    clean = seen(law, release(phase), order, times, 0.02)
+    for strength in SLIGHT.values():
+        there = 0.1 * clean.sd_of(strength, None)
+        law_with = replace(law, **{strength: there})
+        signal = replace(clean, law=law_with).signal()
+
+        def left(p: np.ndarray, signal: np.ndarray = signal) -> np.ndarray:
+            law = AddedLaw(friction=0.01 * (1.0 + p[0]), duration=60.0)
+            start = tuple(np.array(release(phase)) + p[2:])
+            return (replace(clean, law=law, start=start).signal(1.0 + p[1]) - signal) / 0.02
+
+        loss = (
+            2.0
+            * least_squares(
+                left, np.array([0.0, -1e-6, 1e-6, 1e-6]), diff_step=1e-4, x_scale=[0.01, 1e-3, 0.01, 0.01]
+            ).cost
+        )
+        # damping is not quite linear
+        assert loss == pytest.approx(0.01, rel=0.1), strength
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_small_force_has_the_covariance_of_its_paths(order: int) -> None:
+    law, force = AddedLaw(friction=0.0, duration=20.0), (1e-3, 1.0)
+    looked_at = seen(law, release(1.0), order, np.linspace(0.0, 19.9, 200), 1e-3)
+    clean, rng = looked_at.signal(), np.random.default_rng(4)
+    n = 300
+    paths = [
+        reading(move(law, looked_at.start, force, rng), order, looked_at.times) - clean for _ in range(n)
+    ]
+    ours = force[0] ** 2 * looked_at.force_covariance(force[1])
+    weights = np.random.default_rng(5).standard_normal((3, clean.size))
+    sampled = np.var(np.array(paths) @ weights.T, axis=0)
+    stated = np.einsum("ij,jk,ik->i", weights, ours, weights)
+    # a variance from n paths is known to sqrt(2 / n): 3.5 of these, and the rule that sums the response
+    assert np.all(np.abs(sampled / stated - 1.0) < 3.5 * math.sqrt(2.0 / n) + 0.03)
+
+
+def test_evidence_against_a_force_is_what_plain_records_have() -> None:
+    looked_at = seen(
+        AddedLaw(friction=0.01, duration=60.0), release(0.0), 0, np.linspace(0.0, 59.9, 200), 0.02
+    )
+    variances = looked_at.force_variances(0.5)
+    size = 0.02 / math.sqrt(float(variances.max())) * 60.0
+    noise = np.random.default_rng(6).standard_normal((4000, variances.size))
+    added = 1.0 + size**2 * variances
+    log_ratio = 0.5 * (np.log(added) - noise**2 * (1.0 - 1.0 / added)).sum(axis=1)
+    error = float(log_ratio.std()) / math.sqrt(log_ratio.size)
+    assert nats_against(size, variances) == pytest.approx(float(log_ratio.mean()), abs=3.5 * error)
+    assert 0.1 < nats_against(size, variances) < nats_against(2.0 * size, variances)
+    # columns that are free take none of the force
+    assert np.sum(variances < 1e-9 * variances.max()) >= looked_at.columns.shape[1]
+
+
+def test_slight_effects_act_as_often_as_the_loop_states(rng: np.random.Generator) -> None:
+    law = AddedLaw(friction=0.01, duration=SETTING.duration)
+    times = np.linspace(0.0, 0.99 * SETTING.duration, 150)
+    looked_at, prior = seen(law, release(0.0), 0, times, 0.02), force_prior(0.01)
+
+    def drawn(acting: dict[str, tuple[float, ...]], n: int) -> list[dict[str, tuple[float, ...]]]:
+        return [loop_priors._draw_slight(looked_at, SETTING, acting, prior, rng) for _ in range(n)]
+
+    n, often = 300, SETTINGS.nuisance
+    plain = drawn({}, n)
+    for name, strength in SLIGHT.items():
+        sizes = np.array([each[name][0] for each in plain if name in each])
+        # 3.5 sd
+        assert abs(sizes.size - often * n) < 3.5 * math.sqrt(n * often * (1.0 - often))
+        width = SETTINGS.unseen * looked_at.sd_of(strength, None)
+        assert abs(float(np.sqrt(np.mean(sizes**2))) / width - 1.0) < 3.5 / math.sqrt(2.0 * sizes.size)
+    forces = [each[RANDOM_FORCE] for each in plain if RANDOM_FORCE in each]
+    assert forces
+    assert len(forces) < (often + 3.5 * math.sqrt(often * (1.0 - often) / n)) * n
+    assert all(
+        nats_against(size, looked_at.force_variances(tau)) <= 0.5 * SETTINGS.unseen**2 for size, tau in forces
+    )
+    acting: dict[str, tuple[float, ...]] = {"curved_friction_drift": (0.0, 0.1), RANDOM_FORCE: (1e-3, 1.0)}
+    beside = drawn(acting, n)
+    assert not any({"friction_drift", RANDOM_FORCE} & set(each) for each in beside)
+    assert sum(bool(each) for each in beside) < (inclusion() + 3.5 * math.sqrt(inclusion() / n)) * n
