@@ -62,6 +62,10 @@ class Motion:
         unit = np.array([1.0, 1.0 / change, 1.0])
         return replace(self, states=self.states * unit, covariance=self.covariance * np.outer(unit, unit))
 
+    def midway(self, other: Motion) -> Motion:
+        """The motion in the middle between this and another, of the other's precision."""
+        return replace(other, states=0.5 * (self.states + other.states))
+
 
 def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
     """Smoothed motion of a signal.

@@ -222,6 +222,13 @@ class Round:
             near=self._posterior.best_force,
         )
 
+    def half_as_far(self, before: Round) -> Round | None:
+        """The same law along the motion midway from that of the round before; None where it does not turn."""
+        motion = before.motion.at_frequency(self.found.w0 / before.found.w0).midway(self.motion)
+        again = replace(self, motion=motion)
+        along = again._along(self.whole)
+        return None if along is None else replace(again, found=along)
+
     @property
     def _next_error(self) -> SensorError | Colour | None:
         """The noise that neighbouring samples share; None where it is unchanged."""

@@ -24,6 +24,10 @@ __all__ = ["settle"]
 
 _MOST_ROUNDS = 5
 """Until a law has converged; as many again with every knock that is admitted."""
+_MOST_HALVES = 2
+"""Of a step between rounds."""
+_ALIKE = 1.0
+"""Log evidence within which rounds of one law differ."""
 _MOST_LOOKS = 12
 """For a knock, each of which may take a few: a record that requires more is not knocked by accident."""
 _MOST_FILTERS = 3
@@ -140,11 +144,33 @@ def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | 
 
 
 def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
-    """The round after which the next agrees, or the last one tried."""
+    """The round after which the next agrees, or the most probable of those tried."""
+    tried: Round | None = None
     for _ in range(_MOST_ROUNDS):
-        if latest is None:
+        before, latest = latest, None if latest is None else _next(latest, allowed)
+        if before is None or latest is None:
             break
-        before, latest = latest, latest.following(allowed)
-        if latest is not None and before.stays(latest):
+        if before.stays(latest):
+            return latest
+        tried = _better(tried, latest)
+    return tried
+
+
+def _next(before: Round, allowed: Sequence[str]) -> Round | None:
+    """The next round, a half or a quarter as far where a whole step leads to a less probable law.
+
+    A law is linear only about a motion near its own, and far from it steps may go to and fro.
+    """
+    following = step = before.following(allowed)
+    for _ in range(_MOST_HALVES):
+        if step is None or not _loses(step, before):
             break
-    return latest
+        step = step.half_as_far(before)
+        following = _better(following, step)
+    return following
+
+
+def _loses(one: Round, other: Round) -> bool:
+    """Whether a round is less probable than another, by more than what rounds of one law differ by."""
+    mine, its = _on_common_samples(one, other)
+    return its is not None and (mine is None or mine.log_evidence < its.log_evidence - _ALIKE)
