@@ -104,15 +104,11 @@ class Round:
         motion: Motion,
         about: LawBefore | None = None,
     ) -> Round | None:
-        found = whole.along(motion, w0, (), about=about)
-        if found is not None and not found.determined:
-            # fewer samples than columns do not determine the shapes that effects may take
-            whole = whole.of_one_column(found.law)
-            found = whole.along(motion, w0, (), about=about)
+        none = np.zeros(whole.samples, np.bool_)
+        whole, found = _law_along(whole, none, motion, w0, (), about)
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        none = np.zeros(whole.samples, np.bool_)
         return cls(whole, ceiling, none, motion, (), False, found, None, noise, alone=True)
 
     @cached_property
@@ -206,7 +202,7 @@ class Round:
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
         about = found.law.before(law, motion.states[:, 2])
-        along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
+        whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, lines, about)
         if along is None or not along.determined:
             return None
         other_lines = bool(more) or len(showing) < len(self.lines)
@@ -353,3 +349,23 @@ class Round:
         whole = replace(self.whole, jump=jump)
         found = self._along(whole)
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
+
+
+def _law_along(
+    whole: MovingRecord,
+    aside: Mask,
+    motion: Motion,
+    w0: float,
+    lines: Sequence[Line],
+    about: LawBefore | None,
+) -> tuple[MovingRecord, LawAlongMotion | None]:
+    """A record and its law along a motion without the samples ``aside``.
+
+    Fewer samples than columns do not determine the shapes that effects may take: then the effects of one
+    column alone are evaluated.
+    """
+    along = whole.setting_aside(aside).along(motion, w0, lines, about=about)
+    if along is None or along.determined:
+        return whole, along
+    whole = whole.of_one_column(along.law)
+    return whole, whole.setting_aside(aside).along(motion, w0, lines, about=about)

@@ -9,6 +9,11 @@ import pytest
 
 import friction_bayes as fb
 from experiments.blind.prior_drawn import AddedLaw, Sensor, measure, move, release
+from friction_bayes.loop.data.parameters import scales_of
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.rounds import _law_along
+from friction_bayes.mechanics.effects import EFFECTS
 
 FRICTION, DAMPING = 0.0325, 0.021
 """Friction over stiffness and amplitude, and the ratio."""
@@ -29,3 +34,28 @@ def test_steps_that_go_to_and_fro_converge(seed: int) -> None:
     low, high = report.friction_after["interval90"]
     assert low < FRICTION < high
     assert high - low < 0.1 * FRICTION
+
+
+def test_samples_that_are_set_aside_leave_effects_of_one_column() -> None:
+    """Fewer samples than columns are no reason to refuse a record."""
+    record = fb.simulate(
+        fb.Oscillator(inertia=1.0, stiffness=1.0),
+        friction=0.05,
+        initial_displacement=2.0,
+        duration=28.0,
+        sampling_rate=3.6,
+        noise_sd=0.01,
+        seed=1,
+    )
+    system = fb.Oscillator(inertia=1.0, stiffness=1.0)
+    (segment,) = cut_records([record], system)
+    whole = MovingRecord.of(segment, system, tuple(EFFECTS), scales_of([segment], system))
+    w0, motion = whole.first_motion()
+    aside = np.arange(whole.samples) % 2 == 1
+    all_of_them = whole.setting_aside(aside).along(motion, w0, ())
+    assert all_of_them is not None
+    assert not all_of_them.determined
+    fewer, along = _law_along(whole, aside, motion, w0, (), None)
+    assert along is not None
+    assert along.determined
+    assert set(fewer.effects) < set(whole.effects)
