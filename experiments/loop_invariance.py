@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -33,12 +34,16 @@ _MEAN_MOVES, _END_MOVES = 0.1, 0.25
 
 @dataclass(frozen=True)
 class _Change:
-    """How a record and its declared system are written anew, and by what friction is then larger."""
+    """How a record and its declared system are written anew, and by what friction is then larger.
+
+    Not every change is one ``of_angles`` too: how far a machine turns has consequences.
+    """
 
     record: Callable[[xr.DataArray], xr.DataArray] = lambda record: record
     system: Callable[[dict[str, float]], dict[str, float]] = lambda declared: declared
     seed: int = 1
     factor: float = 1.0
+    of_angles: bool = True
 
 
 def _times(record: xr.DataArray, factor: float) -> xr.DataArray:
@@ -60,6 +65,7 @@ _CHANGES: dict[str, _Change] = {
     "shifted by a constant": _Change(record=_shifted),
     "a sample less": _Change(record=lambda record: record[:-1]),
     "in grams": _Change(system=_heavier, factor=_LARGER),
+    "in millimetres": _Change(record=lambda record: _times(record, _LARGER), factor=_LARGER, of_angles=False),
     "another seed": _Change(seed=2),
 }
 
@@ -73,10 +79,13 @@ class Config:
 
 
 def cells(config: Config, full: bool) -> list[Cell]:
-    """One cell a record, of kinds that are spread over all that there are."""
+    """One cell a record: kinds spread over all that there are, or all of them and the first ones again."""
     wanted = config.records_full if full else config.records
-    chosen = np.unique(np.linspace(0, len(_KINDS) - 1, wanted).round().astype(int)).tolist()
-    return [{"kind": _KINDS[i]} for i in chosen]
+    chosen = np.linspace(0, len(_KINDS) - 1, min(wanted, len(_KINDS))).round().astype(int).tolist()
+    again = range(max(wanted - len(_KINDS), 0))
+    return [{"kind": _KINDS[i], "replicate": 0} for i in chosen] + [
+        {"kind": _KINDS[i], "replicate": 1} for i in again
+    ]
 
 
 def _drawn(kind: str, seed: np.random.SeedSequence) -> tuple[tuple[xr.DataArray, ...], dict[str, float]]:
@@ -92,7 +101,11 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     """Close the loop on one record, written in several ways."""
     records, declared = _drawn(str(cell["kind"]), seed)
     told: dict[str, Any] = {}
+    angular = "inertia" in declared
     for name, change in _CHANGES.items():
+        if angular and not change.of_angles:
+            told[name] = told[_AS_IT_IS] | {"friction": [math.nan] * 3}
+            continue
         system = fb.Oscillator(**change.system(declared))
         report = fb.close_loop(
             [change.record(record) for record in records], system, seed=change.seed
@@ -117,9 +130,14 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
     """Over record and change."""
     names = [name for name in _CHANGES if name != _AS_IT_IS]
     both = ("record", "change")
+    # JSON has null for a change that is none of the record
+    moves = {
+        name: (both, np.array([result[name] for result in results], dtype=float))
+        for name in ("mean_moves", "end_moves")
+    }
+    same = (both, np.array([result["same_verdict"] for result in results]))
     return xr.Dataset(
-        {name: (both, [result[name] for result in results]) for name in results[0] if name != "verdict"}
-        | {"verdict": ("record", [result["verdict"] for result in results])},
+        moves | {"same_verdict": same, "verdict": ("record", [result["verdict"] for result in results])},
         coords={"change": names, "kind": ("record", [str(cell["kind"]) for cell in cells])},
     )
 
@@ -127,9 +145,10 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 def rows(dataset: xr.Dataset) -> list[Row]:
     """How far each change moves friction, and the verdict."""
     table = []
-    n = dataset.sizes["record"]
     for name in dataset["change"].values.tolist():
         own = dataset.sel(change=name)
+        own = own.isel(record=own["mean_moves"].notnull().values)
+        n = own.sizes["record"]
         steady = (own["mean_moves"] < _MEAN_MOVES) & (own["end_moves"] < _END_MOVES)
         turned = own["kind"].values[~own["same_verdict"].values].tolist()
         worst = own["kind"].values[int(np.nanargmax(own["end_moves"].values))]

@@ -13,7 +13,7 @@ from experiments.loop_invariance import EXPERIMENT, assemble, rows, run
 def test_a_plain_record_stays_what_it_is(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     few = {name: loop_invariance._CHANGES[name] for name in ("as it is", "mirrored", "in grams")}
     monkeypatch.setattr(loop_invariance, "_CHANGES", few)
-    cell = {"kind": "plainly plain_coulomb"}
+    cell = {"kind": "plainly plain_coulomb", "replicate": 0}
     dataset = assemble([cell], [run(EXPERIMENT.config, cell, np.random.SeedSequence(seed))])
     assert dataset["same_verdict"].values.all()
     # draws of the posterior differ from seed to seed by some hundredths of an sd
