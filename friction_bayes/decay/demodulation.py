@@ -12,13 +12,41 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
-__all__ = ["EVIDENCE", "LEAST_WINDOW", "demodulate", "fill_turns", "phase_of", "rate_of", "rough_phase"]
+__all__ = [
+    "EVIDENCE",
+    "LEAST_WINDOW",
+    "amplitudes",
+    "demodulate",
+    "fill_turns",
+    "largest",
+    "phase_of",
+    "rate_of",
+    "rough_phase",
+]
 
 EVIDENCE = 30.0
 """Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
 
 LEAST_WINDOW = 7
 """A window of one period is lengthened to hold at least this many samples."""
+
+
+@njit(**INNER)
+def amplitudes(inphase: Array, quadrature: Array) -> Array:
+    """Amplitudes of windows, shape (windows,), see :func:`demodulate`."""
+    amplitude = np.zeros(inphase.size)
+    for k in range(inphase.size):
+        amplitude[k] = math.hypot(inphase[k], quadrature[k])
+    return amplitude
+
+
+@njit(**INNER)
+def largest(values: Array) -> float:
+    """Largest value; minus infinity of none."""
+    found = -math.inf
+    for k in range(values.size):
+        found = max(found, values[k])
+    return found
 
 
 @njit(**KERNEL)

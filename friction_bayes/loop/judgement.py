@@ -9,7 +9,12 @@ import numpy as np
 
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.held_out import Forecast, forecast_records, held_out_error
+from friction_bayes.loop.checks.held_out import (
+    CoulombForecast,
+    Forecast,
+    forecast_records,
+    held_out_error,
+)
 from friction_bayes.loop.data.friction import (
     Distribution,
     dry_friction,
@@ -76,7 +81,7 @@ class Judgement:
     sensitivity: dict[str, Any]
     friction_agreed: bool
     shift: float
-    forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
+    forecasts: tuple[tuple[CoulombForecast, ...], tuple[Forecast, ...]]
     traces: tuple[RecordTrace, ...]
 
 

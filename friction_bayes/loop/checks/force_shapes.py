@@ -18,7 +18,6 @@ __all__ = ["Shape", "best_shape", "stops"]
 _LENGTHS = (0.01, 0.03, 0.1, 0.3)
 """Over the median amplitude: how far after a turning point a pulse reaches."""
 _PLACES = np.linspace(-0.9, 0.9, 13)
-_STOPS = np.linspace(0.1, 0.8, 8)
 """Place of a bump over the largest displacement."""
 _STOPS = np.linspace(0.1, 0.8, 8)
 """Where a spring may begin that the motion meets on one side, likewise."""
