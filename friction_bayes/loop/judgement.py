@@ -119,7 +119,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         contradicted=best.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
-    sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
+    sensitivity = prior_sensitivity(mixture.draws, mixture.sets, len(candidates.evaluated))
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)

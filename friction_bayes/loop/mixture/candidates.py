@@ -93,6 +93,12 @@ class Candidates:
         self.trail = tuple(_trail(fit))
 
     @property
+    def evaluated(self) -> frozenset[str]:
+        """Effects that the sets are of: of the law, of the kinds of noise, and a random force."""
+        forced = {RANDOM_FORCE.name} if self.cells.forced.any() else set[str]()
+        return frozenset(forced).union(*self.fit.sets.effects, *self.cells.noises)
+
+    @property
     def _weight(self) -> Array:
         """Posterior of the points and of the sets with a spread, zero for those of no candidate."""
         kept = self.cells.total > 0.0
