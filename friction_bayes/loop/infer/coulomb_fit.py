@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,23 +39,47 @@ _GROWTH = 1.7
 
 @dataclass(frozen=True, eq=False)
 class CoulombFit:
-    """Coulomb friction at the mode of its posterior.
+    """Coulomb friction at one vector of coordinates: of a fit, at the mode of its posterior.
 
     Attributes
     ----------
     model : LoopModel
     z : ndarray, shape (p,)
-        The mode.
     predictions : tuple of Prediction
         Of each record.
-    covariance : ndarray, shape (p, p)
-        Of the coordinates.
+    residuals : tuple of ndarray, shape (n,)
+        Zero where a sample does not count.
+    noise2 : tuple of float
+        Variance of the noise of each record, at its best.
+    objective : float
+        Minus twice the logarithm of the posterior density.
     """
 
     model: LoopModel
     z: Array
     predictions: tuple[Prediction, ...]
-    covariance: Array
+    residuals: tuple[Array, ...]
+    noise2: tuple[float, ...]
+    objective: float
+
+    @classmethod
+    def at(cls, model: LoopModel, z: Array) -> CoulombFit | None:
+        """Coordinates are moved within their bounds; None where the motion is not finite."""
+        z = model.within_bounds(z)
+        predictions, residuals, noise2, objective = [], [], [], float(model.prior_precision @ (z * z))
+        for r, segment in enumerate(model.segments):
+            prediction = model.predict(z, r)
+            if prediction is None:
+                return None
+            # flat samples count as measured: that the sensor clips is an effect
+            residual = np.where(segment.ignored, 0.0, segment.values - prediction.signal)
+            used = max(int(np.count_nonzero(~segment.ignored)), 1)
+            least = (LEAST_NOISE * model.scales.signal) ** 2
+            predictions.append(prediction)
+            residuals.append(residual)
+            noise2.append(max(float(residual @ residual) / used, least))
+            objective += used * math.log(noise2[-1]) + float(residual @ residual) / noise2[-1]
+        return cls(model, z, tuple(predictions), tuple(residuals), tuple(noise2), objective)
 
     @property
     def free_residuals(self) -> tuple[Array, ...]:
@@ -66,6 +91,41 @@ class CoulombFit:
         """Draws of friction [N or N m] by the normal approximation, cut to the support of its prior."""
         drawn = truncated_draws(self.z, self.covariance, *self.model.support, rng, draws)
         return np.asarray(self.model.value(drawn, FRICTION))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the coordinates by the curvature here, shape (p, p)."""
+        precision, _ = self.curvature(difference_steps(self.curvature(None)[0]))
+        return np.asarray(np.linalg.inv(precision))
+
+    def curvature(self, steps: Array | None) -> tuple[Array, Array]:
+        """Gauss and Newton's curvature of half the objective, and minus half its gradient."""
+        prior = self.model.prior_precision
+        precision, gradient = np.diag(prior), -prior * self.z
+        for r, segment in enumerate(self.model.segments):
+            columns = signal_derivatives(self.model, self.z, r, self.predictions[r], steps)
+            columns[segment.ignored] = 0.0
+            precision += columns.T @ columns / self.noise2[r]
+            gradient += columns.T @ self.residuals[r] / self.noise2[r]
+        return precision, gradient
+
+    def improved(self, precision: Array, gradient: Array, damping: float) -> tuple[CoulombFit | None, float]:
+        """The first better point, the damping raised until there is one, and the damping of the next step.
+
+        None in its place where none is better. A coordinate at a bound stays there while the gradient pushes
+        it out, and the others move without it (Bertsekas, SIAM J. Control Optim. 20, 1982).
+        """
+        low, high = self.model.bounds
+        inside = ~((self.z <= low) & (gradient < 0.0) | (self.z >= high) & (gradient > 0.0))
+        curvature, slope = precision[np.ix_(inside, inside)], gradient[inside]
+        while damping < _MOST_DAMPING:
+            z = self.z.copy()
+            z[inside] += np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), slope)
+            trial = CoulombFit.at(self.model, z)
+            if trial is not None and trial.objective < self.objective:
+                return trial, max(damping / _DAMPED, _LEAST_DAMPING)
+            damping *= _DAMPED
+        return None, damping
 
 
 def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> CoulombFit:
@@ -104,7 +164,7 @@ def refitted(model: LoopModel, start: Array, share: float) -> CoulombFit | None:
     """
     fit, z = None, start
     for samples in _growing(model, share):
-        fit = _fit_from(model.of_first_samples(samples), z)
+        fit = _mode_near(CoulombFit.at(model.of_first_samples(samples), z))
         if fit is None:
             return None
         z = fit.z
@@ -125,91 +185,20 @@ def _growing(model: LoopModel, share: float) -> Iterator[list[int]]:
     yield counts
 
 
-def _fit_from(model: LoopModel, start: Array) -> CoulombFit | None:
-    """The fit at the mode that is reached from a start; None where the motion does not stay finite."""
-    point = _Point.at(model, start)
-    if point is None:
-        return None
-    steps, damping = None, _FIRST_DAMPING
+def _mode_near(fit: CoulombFit | None) -> CoulombFit | None:
+    """The mode that is reached from a point; None without one, where the motion does not stay finite."""
+    steps, damping, length2 = None, _FIRST_DAMPING, math.inf
     for _ in range(_STEPS):
-        precision, gradient = point.curvature(steps)
+        if fit is None or length2 < _SETTLED:
+            return fit
+        precision, gradient = fit.curvature(steps)
         steps = difference_steps(precision)
-        better, damping = point.improved(precision, gradient, damping)
+        better, damping = fit.improved(precision, gradient, damping)
         if better is None:
-            break
-        moved = better.z - point.z
-        point = better
-        if float(moved @ precision @ moved) < _SETTLED:
-            break
-    return CoulombFit(model, point.z, point.predictions, np.asarray(np.linalg.inv(precision)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Point:
-    """The posterior at one vector of coordinates.
-
-    Attributes
-    ----------
-    model : LoopModel
-    z : ndarray, shape (p,)
-    predictions : tuple of Prediction
-    residuals : tuple of ndarray, shape (n,)
-        Zero where a sample does not count.
-    noise2 : tuple of float
-        Variance of the noise of each record, at its best.
-    objective : float
-        Minus twice the logarithm of the posterior density.
-    """
-
-    model: LoopModel
-    z: Array
-    predictions: tuple[Prediction, ...]
-    residuals: tuple[Array, ...]
-    noise2: tuple[float, ...]
-    objective: float
-
-    @classmethod
-    def at(cls, model: LoopModel, z: Array) -> _Point | None:
-        """Coordinates are moved within their bounds; None where the motion is not finite."""
-        z = model.within_bounds(z)
-        predictions, residuals, noise2, objective = [], [], [], float(model.prior_precision @ (z * z))
-        for r, segment in enumerate(model.segments):
-            prediction = model.predict(z, r)
-            if prediction is None:
-                return None
-            # flat samples count as measured: that the sensor clips is an effect
-            residual = np.where(segment.ignored, 0.0, segment.values - prediction.signal)
-            used = max(int(np.count_nonzero(~segment.ignored)), 1)
-            least = (LEAST_NOISE * model.scales.signal) ** 2
-            predictions.append(prediction)
-            residuals.append(residual)
-            noise2.append(max(float(residual @ residual) / used, least))
-            objective += used * math.log(noise2[-1]) + float(residual @ residual) / noise2[-1]
-        return cls(model, z, tuple(predictions), tuple(residuals), tuple(noise2), objective)
-
-    def curvature(self, steps: Array | None) -> tuple[Array, Array]:
-        """Gauss and Newton's curvature of half the objective, and minus half its gradient."""
-        prior = self.model.prior_precision
-        precision, gradient = np.diag(prior), -prior * self.z
-        for r, segment in enumerate(self.model.segments):
-            columns = signal_derivatives(self.model, self.z, r, self.predictions[r], steps)
-            columns[segment.ignored] = 0.0
-            precision += columns.T @ columns / self.noise2[r]
-            gradient += columns.T @ self.residuals[r] / self.noise2[r]
-        return precision, gradient
-
-    def improved(self, precision: Array, gradient: Array, damping: float) -> tuple[_Point | None, float]:
-        """The first better point, the damping raised until there is one, and the damping of the next step.
-
-        None in its place where none is better.
-        """
-        while damping < _MOST_DAMPING:
-            move = np.linalg.solve(precision + damping * np.diag(np.diag(precision)), gradient)
-            trial = _Point.at(self.model, self.z + move)
-            if trial is not None and trial.objective < self.objective:
-                return trial, max(damping / _DAMPED, _LEAST_DAMPING)
-            damping *= _DAMPED
-        return None, damping
+            return fit
+        moved = better.z - fit.z
+        fit, length2 = better, float(moved @ precision @ moved)
+    return fit
 
 
 def _starting_point(model: LoopModel) -> Array:

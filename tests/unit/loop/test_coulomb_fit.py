@@ -76,3 +76,24 @@ def test_a_motion_that_does_not_stay_finite_says_so(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(LoopModel, "predict", lambda *_: None)
     with pytest.raises(fb.InputError, match="no free decay under dry friction fits"):
         coulomb_model(SYSTEM, segments)
+
+
+def test_the_others_move_on_where_one_is_at_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction may not fall below twice the truth: the mode is then that of the others, given that."""
+    segments = cut_records([long_decay(duration=6.0, seed=3)], SYSTEM)
+    low, high = LoopModel(SYSTEM, segments).bounds
+    j = LoopModel(SYSTEM, segments).index("friction")
+    low[j] = LoopModel(SYSTEM, segments).coordinates[j].coordinate(0.5)
+    rest = LoopModel(SYSTEM, segments, ("sensor_offset",)).bounds[0].size - low.size
+    ends = np.append(low, np.full(rest, -np.inf)), np.append(high, np.full(rest, np.inf))
+    monkeypatch.setattr(LoopModel, "bounds", ends)
+    fit = coulomb_model(SYSTEM, segments)
+    assert fit.model.value(fit.z, "friction") == pytest.approx(0.5)
+    gradient = fit.curvature(None)[1]
+    assert gradient[j] < 0.0
+    sd = np.sqrt(np.diag(fit.covariance))
+    for other in np.delete(np.arange(fit.z.size), j):
+        for side in (-0.5, 0.5):
+            moved = fit.z.copy()
+            moved[other] += side * sd[other]
+            assert squares(fit, moved) > squares(fit, fit.z)
