@@ -10,8 +10,8 @@ from scipy.special import logsumexp
 from experiments.simulation.fit import LoopFit
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.noise_kinds import log_convention
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.infer.sensor_noise import log_convention
 from friction_bayes.loop.noise.likelihood import log_densities
 from friction_bayes.loop.noise.robust_samples import LeftOut
 

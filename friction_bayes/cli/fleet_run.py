@@ -35,7 +35,7 @@ _LONG_RUN = ("resume", "workers", "scheduler")
 _NOT_OF_THE_RESULT = {"out", "force", "json", "verbose", *_LONG_RUN}
 """Options that change no number."""
 
-Part = tuple[Any, Path]
+FleetPart = tuple[Any, Path]
 """Which records, as an index of the fleet, and the file in which they are kept."""
 
 
@@ -127,7 +127,7 @@ def finished_parts(
     arguments: argparse.Namespace,
     fleet: Fleet,
     which: Sequence[Any],
-    work: Callable[[Part], object],
+    work: Callable[[FleetPart], object],
     suffix: str,
 ) -> Iterator[list[Path]]:
     """Do what is not done yet; yield the files of all parts, which go when what is made of them is there.

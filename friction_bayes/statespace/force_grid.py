@@ -29,7 +29,7 @@ from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_reso
 from friction_bayes.statespace.positive_orthant import cut_moments
 from friction_bayes.statespace.problem import Problem
 
-__all__ = ["Posterior", "integrate", "valleys"]
+__all__ = ["Posterior", "integrate_force", "valleys"]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its modes are sought."""
@@ -180,7 +180,7 @@ class Posterior:
         return stats.lognorm(max(sd, 1e-9), scale=math.exp(mean))
 
 
-def integrate(
+def integrate_force(
     problem: Problem,
     prior: ForcePrior,
     *,

@@ -32,7 +32,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import shown, smooth
 from friction_bayes.statespace.law_target import law_target
@@ -379,7 +379,7 @@ class _Evaluated:
 
 def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool = False) -> _Evaluated:
     """A regression without a random force, or given that there is one."""
-    posterior = integrate(Problem.of(laid.regression), prior)
+    posterior = integrate_force(Problem.of(laid.regression), prior)
     if forced:
         posterior = posterior.among((posterior.ratio > 0.0)[:, None])
     return _Evaluated(laid, posterior, prior, log_prior)

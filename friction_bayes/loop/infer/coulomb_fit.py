@@ -1,4 +1,4 @@
-"""Coulomb friction alone, fitted to whole records by simulation: the model before, and where a law starts.
+"""Coulomb friction alone, fitted by simulation: the model before, and a motion from which a law may start.
 
 Friction, frequency, and the start and rest position of each record, under white noise: by Levenberg
 and Marquardt's method on more and more of the records, so that no cycle is slipped.
@@ -10,22 +10,26 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
+from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
+from friction_bayes.loop.data.prediction_derivatives import difference_steps, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.data.signal_derivatives import difference_steps, signal_derivatives
+from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.loop.noise.likelihood import LEAST_NOISE
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.statespace.smoother import SmoothedMotion
 
-__all__ = ["CoulombFit", "coulomb_fit", "coulomb_model", "refitted"]
+__all__ = ["CoulombFit", "CoulombStart", "coulomb_mode", "coulomb_start", "fit_coulomb", "refitted"]
 
 _STEPS = 25
 _SETTLED = 1e-4
@@ -103,7 +107,7 @@ class CoulombFit:
         prior = self.model.prior_precision
         precision, gradient = np.diag(prior), -prior * self.z
         for r, segment in enumerate(self.model.segments):
-            columns = signal_derivatives(self.model, self.z, r, self.predictions[r], steps)
+            columns = prediction_derivatives(self.model, self.z, r, self.predictions[r], steps)
             columns[segment.ignored] = 0.0
             precision += columns.T @ columns / self.noise2[r]
             gradient += columns.T @ self.residuals[r] / self.noise2[r]
@@ -128,7 +132,7 @@ class CoulombFit:
         return None, damping
 
 
-def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> CoulombFit:
+def fit_coulomb(system: Oscillator, segments: tuple[Segment, ...]) -> CoulombFit:
     """A fit of Coulomb friction alone, the rest position free, under white noise.
 
     Parameters
@@ -141,13 +145,13 @@ def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> CoulombF
     InputError
         If that cannot be fitted.
     """
-    fit = coulomb_fit(LoopModel(system, segments, (SENSOR_OFFSET.name,)))
+    fit = coulomb_mode(LoopModel(system, segments, (SENSOR_OFFSET.name,)))
     if fit is None:
         raise no_decay_fits(", ".join(segment.decay.name for segment in segments), system)
     return fit
 
 
-def coulomb_fit(model: LoopModel) -> CoulombFit | None:
+def coulomb_mode(model: LoopModel) -> CoulombFit | None:
     """The same of a model; None where its motion does not stay finite."""
     return refitted(model, _starting_point(model), 0.0)
 
@@ -169,6 +173,44 @@ def refitted(model: LoopModel, start: Array, share: float) -> CoulombFit | None:
             return None
         z = fit.z
     return fit
+
+
+class CoulombStart(NamedTuple):
+    """The frequency of the natural units [rad/s], a motion in these, and the Coulomb law that it follows."""
+
+    w0: float
+    motion: SmoothedMotion
+    law: LawBefore
+
+
+def coulomb_start(record: MovingRecord) -> CoulombStart | None:
+    """The simulated motion of the Coulomb law that fits the samples of a record best.
+
+    Returns
+    -------
+    CoulombStart or None
+        None where no such law can be fitted, or its mass stops or does not turn within the samples.
+    """
+    n = record.samples
+    model = LoopModel(record.system, (record.segment,), (SENSOR_OFFSET.name,))
+    fit = coulomb_mode(model.of_first_samples([n]))
+    if fit is None or math.isfinite(fit.predictions[0].stop_time):
+        return None
+    w0 = record.system.natural_frequency * math.exp(float(fit.model.value(fit.z, LOG_FREQUENCY_RATIO)))
+    moved = fit.predictions[0]
+    motion = SmoothedMotion(
+        states=np.column_stack([moved.displacement, moved.velocity / w0, np.zeros(n)]),
+        covariance=np.zeros((n, 3, 3)),
+        noise=float(np.std(fit.free_residuals[0])) / w0**record.segment.order,
+        force_sd=0.0,
+        tau=1.0,
+    )
+    found = record.along(motion, w0, ())
+    if found is None:
+        return None
+    sizes = np.zeros(found.law.scale.size)
+    sizes[found.law.dry_friction] = fit.model.value(fit.z, FRICTION) / found.law.unit_force
+    return CoulombStart(w0, motion, found.law.before(sizes, np.zeros(n)))
 
 
 def _growing(model: LoopModel, share: float) -> Iterator[list[int]]:

@@ -14,10 +14,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from friction_bayes.loop.infer.coulomb_motion import CoulombMotion, coulomb_motion
+from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.infer.sensor_noise import evaluate_sensor_noise
 from friction_bayes.loop.noise.colour import is_coloured
 
 __all__ = ["settle"]
@@ -55,7 +55,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
     coulomb = None
     if still is None or not still.with_force.is_all:
         # step by step a law may not reach an optimum far from its start
-        coulomb = coulomb_motion(whole)
+        coulomb = coulomb_start(whole)
         still = _better(still, _settled(Round.about_coulomb(whole, noise, coulomb), allowed))
     latest = None if still is None else still.with_force
     if first is not None and (latest is None or not latest.is_all):
@@ -91,7 +91,7 @@ def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
     return _settled(still.in_its_colour(), allowed)
 
 
-def _behind_filter(still: Round, coulomb: CoulombMotion | None, allowed: Sequence[str]) -> Round | None:
+def _behind_filter(still: Round, coulomb: CoulombStart | None, allowed: Sequence[str]) -> Round | None:
     """The law behind the filter that a record went through; None without one.
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.

@@ -15,7 +15,7 @@ from experiments.simulation.simulated_fit import simulated_fit
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.noise.robust_samples import come_anywhere
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted
 
 NOISE = 2e-4
@@ -94,7 +94,7 @@ def test_what_comes_with_the_turning_points_is_no_outlier_of_the_sensor(rng: np.
 def test_outliers_come_at_any_time(low: float, high: float, rng: np.random.Generator) -> None:
     n = 2000
     time = np.arange(n) / n
-    motion = Motion(
+    motion = SmoothedMotion(
         states=np.column_stack([np.cos(200.0 * time), -np.sin(200.0 * time), np.zeros(n)]),
         covariance=np.zeros((n, 3, 3)),
         noise=1.0,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.monitor.clocks import Clock, ExponentialClock, JumpClock, KinkClock, PowerClock
+from friction_bayes.monitor.clocks import ExponentialClock, JumpClock, KinkClock, PowerClock, WearClock
 from friction_bayes.monitor.laws import fit_laws
 from friction_bayes.monitor.points import DetectionPoints
 from friction_bayes.monitor.remaining_life import remaining_life
@@ -25,7 +25,7 @@ CLOCKS = [
 
 
 @pytest.mark.parametrize("clock", CLOCKS, ids=repr)
-def test_a_clock_shows_nought_at_the_first_point_and_one_at_the_last(clock: Clock) -> None:
+def test_a_clock_shows_nought_at_the_first_point_and_one_at_the_last(clock: WearClock) -> None:
     np.testing.assert_allclose(clock.reading(np.array([0.0, 1.0])), [0.0, 1.0], atol=1e-12)
     reading = clock.reading(np.array([1.1, 1.7]))
     np.testing.assert_allclose(clock.when(reading), [1.1, 1.7], rtol=1e-9)

@@ -20,7 +20,7 @@ from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.transition import initial_response
 
 ORDERS = (0, 1, 2)
@@ -45,7 +45,7 @@ def problem(order: int, rng: np.random.Generator, samples: int = 250, positive: 
     clock = Clock.of(phase)
     force = FORCE * drawn_fluctuation(clock, TAU, rng) @ row
     signal = columns @ law + force + NOISE * rng.standard_normal(samples)
-    motion = Motion(
+    motion = SmoothedMotion(
         states=np.column_stack([x, v, np.zeros(samples)]),
         covariance=np.zeros((samples, 3, 3)),
         noise=NOISE,
