@@ -132,34 +132,27 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
         return (total, residual) if math.isfinite(total) else (math.inf, residual)
 
     cost, residual = cost_of(q)
-    damping = 1e-3
+    root, damping, gain = np.sqrt(weight[skip:]), 1e-3, math.inf
     for _ in range(_MAX_STEPS):
-        if not math.isfinite(cost):
-            break
+        if not math.isfinite(cost) or gain <= _CONVERGED * cost:
+            return cost, q
         jacobian = swing.jacobian(q, n)[:, skip:]
         scale = np.linalg.norm(jacobian, axis=0)
         if not np.all(scale > 0.0) or not np.all(np.isfinite(scale)):
             return math.inf, q
-        root = np.sqrt(weight[skip:])
-        while damping < _MAX_DAMPING:
+        trial, trial_cost, trial_residual = q, math.inf, residual
+        while trial_cost > cost:
+            if damping >= _MAX_DAMPING:
+                return cost, q
             stacked = np.vstack([jacobian, np.diag(root), np.diag(math.sqrt(damping) * scale)]) / scale
             right = np.concatenate([residual, -root * q[skip:], np.zeros(scale.size)])
-            step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             trial = q.copy()
-            trial[skip:] += step
+            trial[skip:] += np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             # negative friction would soon drive it over the top
             trial[FRICTION] = max(trial[FRICTION], 0.0)
             trial_cost, trial_residual = cost_of(trial)
-            if trial_cost <= cost:
-                break
-            damping *= 10.0
-        else:
-            break
-        gain = cost - trial_cost
-        q, cost, residual = trial, trial_cost, trial_residual
-        damping *= 0.1
-        if gain <= _CONVERGED * cost:
-            break
+            damping *= 10.0 if trial_cost > cost else 0.1
+        q, cost, residual, gain = trial, trial_cost, trial_residual, cost - trial_cost
     return cost, q
 
 

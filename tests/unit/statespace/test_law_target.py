@@ -14,12 +14,12 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, sensor_row, whiten
-from friction_bayes.statespace.law_target import half_cycle_blocks, law_target
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.sampling.law_target import half_cycle_blocks, law_target
+from friction_bayes.statespace.sampling.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.transition import initial_response
 
