@@ -167,14 +167,14 @@ def finished_parts(
 
 @contextmanager
 def _parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Path]:
-    """Yield the folder beside ``target`` for the parts of a run; it goes when the run is whole.
+    """Yield the folder next to ``target`` for the parts of a run; it goes when the run is whole.
 
     Parts of a run with another key are never used, and removed; so are all that are not resumed.
     """
     out = Path(target).absolute()
-    beside, name = nearest_existing(out.parent), f".{out.name}.parts-"
-    folder = beside / f"{name}{key}"
-    earlier = list(beside.glob(f"{glob.escape(name)}*"))
+    nearest, name = nearest_existing(out.parent), f".{out.name}.parts-"
+    folder = nearest / f"{name}{key}"
+    earlier = list(nearest.glob(f"{glob.escape(name)}*"))
     for other in earlier:
         if other != folder or not resume:
             shutil.rmtree(other, ignore_errors=True)

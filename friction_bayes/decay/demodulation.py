@@ -100,9 +100,9 @@ def fill_turns(first: float, angle: float, cosine: Array, sine: Array) -> None:
     known, count = 1, cosine.size
     while known < count:
         for j in range(known, min(2 * known, count)):
-            before, beside = cosine[j - known], sine[j - known]
-            cosine[j] = before * c - beside * s
-            sine[j] = beside * c + before * s
+            before, across_before = cosine[j - known], sine[j - known]
+            cosine[j] = before * c - across_before * s
+            sine[j] = across_before * c + before * s
         # twice the angle, of length one
         c, s = c * c - s * s, 2.0 * c * s
         kept = 1.5 - 0.5 * (c * c + s * s)

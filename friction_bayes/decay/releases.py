@@ -33,7 +33,7 @@ _AT_ONCE = 4
 _STILL = 0.1
 """Share of the amplitude reached, below which what is released later rests."""
 _STILL_IN_NOISE = 3.0
-"""Times the noise of an amplitude, that it may have besides."""
+"""Times the noise of an amplitude, that it may have too."""
 _AT_REST = 3
 """Windows, half a period apart, that it rests for."""
 _MOVED = 0.1

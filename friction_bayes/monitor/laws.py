@@ -295,9 +295,9 @@ def _along(
         evidence = np.array([each.log_evidence for each in fits])
         near = np.maximum(evidence[1:], evidence[:-1]) > evidence.max() - _NEGLIGIBLE
         width = np.diff(shapes)
-        beside = np.minimum(np.append(width[1:], np.inf), np.append(np.inf, width[:-1]))
+        neighbour = np.minimum(np.append(width[1:], np.inf), np.append(np.inf, width[:-1]))
         # a peak between two values of equal evidence shows in how fine the steps next to it are
-        coarse = (np.abs(np.diff(evidence)) > step) | (width > 1.5 * beside)
+        coarse = (np.abs(np.diff(evidence)) > step) | (width > 1.5 * neighbour)
         wide = np.flatnonzero(near & coarse)
         if wide.size == 0:
             break

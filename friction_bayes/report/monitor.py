@@ -78,7 +78,7 @@ def monitor_page(
         summary=_tiles(result),
         rests_on=[line for line in story if line[0] in _GROUNDS],
         next=next_monitoring(result),
-        figures=[(drawings[name], told) for name, told in _FIGURES.items() if name in drawings],
+        figures=[(drawings[name], in_words) for name, in_words in _FIGURES.items() if name in drawings],
         rows=monitor_rows(result),
         story=[*(("read", text) for text in read), *story],
         manifest=manifest,
