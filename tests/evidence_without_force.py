@@ -28,7 +28,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     mine = fit.rubs & np.array([names == effects for names in fit.sets.effects])
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
     if not np.all(np.isfinite(alone.coefficients)):
-        # beside other sets without a force it cannot matter, so that its law was not looked at
+        # next to other sets without a force it cannot matter, so that its law was not looked at
         return -math.inf
     (point,) = alone.posterior.points
     # shapes taken about the best stand for a part of their prior, which an evidence has whole

@@ -163,7 +163,7 @@ def test_without_threshold_and_times(
         (0.8, "20% of what was known from point to point: about 5 points"),
     ],
 )
-def test_memory_is_told_in_points(discount: float, said: str) -> None:
+def test_memory_is_reported_in_points(discount: float, said: str) -> None:
     assert said in memory({"discount": discount, "log_predictive": 3.0}, {"log_predictive": 1.0})
 
 

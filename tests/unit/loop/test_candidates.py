@@ -132,7 +132,7 @@ def test_what_is_left_is_one_verdict(candidates: Candidates) -> None:
         assert candidates.explains
 
 
-def test_what_is_told_of_the_first_record_alone(candidates: Candidates) -> None:
+def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> None:
     model, z = candidates.simulated()
     segment = model.segments[0]
     predicted = model.predict_at(z, 0, segment.time)

@@ -58,8 +58,8 @@ def test_the_evidence_names_the_law_and_the_life_holds(shape: str) -> None:
     friction, sd = 1.0 + 0.5 * worn(TIME), np.full(TIME.size, 0.005)
     found = fit_laws(100.0 * TIME, friction, sd)
     assert found.probabilities[law] > 0.9
-    told = found.remaining_life(2.0)
-    low, high = (told.ppf(q) / 100.0 for q in (0.05, 0.95))
+    reported = found.remaining_life(2.0)
+    low, high = (reported.ppf(q) / 100.0 for q in (0.05, 0.95))
     assert low <= life <= high
     assert math.isinf(high) == math.isinf(life)
 
@@ -122,19 +122,19 @@ def machine(friction: Array) -> DetectionPoints:
     )
 
 
-def test_a_crossing_that_was_repaired_is_told() -> None:
+def test_a_crossing_that_was_repaired_is_reported() -> None:
     report = follow(machine(np.array([0.5, 0.8, 1.1, 1.2, 0.5, 0.55])), 1.0)
     assert report.repaired_crossings == ["T3", "T4"]
     assert "at T3 to T4 and has fallen below it again" in report.advice()["text"]
-    told = report.to_dict()["prognostic_assessment"]
-    assert told["repaired_crossings"] == ["T3", "T4"]
-    ahead = told["not_reached_within_horizon"]
+    reported = report.to_dict()["prognostic_assessment"]
+    assert reported["repaired_crossings"] == ["T3", "T4"]
+    ahead = reported["not_reached_within_horizon"]
     assert ahead["horizon"] == 50.0
-    assert told["probability_never_reached"] <= ahead["probability"] <= 1.0
+    assert reported["probability_never_reached"] <= ahead["probability"] <= 1.0
 
 
 @pytest.mark.parametrize("friction", [[0.5, 0.6, 0.7, 0.8], [0.7, 0.9, 1.1, 1.2], [0.7, 0.8, 1.005, 0.9]])
-def test_no_repair_is_told_where_none_was(friction: list[float]) -> None:
+def test_no_repair_is_reported_where_none_was(friction: list[float]) -> None:
     report = follow(machine(np.array(friction)), 1.0)
     assert report.repaired_crossings == []
     assert "repair" not in report.advice()["text"]
