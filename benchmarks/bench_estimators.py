@@ -16,7 +16,7 @@ from benchmarks.throughput import batch, over_sum, paper_records, peak_share
 from friction_bayes import close_loop, estimate, estimate_batch, sample_reference
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
-from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
@@ -118,7 +118,7 @@ class RandomForce:
             stiffness=3,
             motion=self.motion,
         )
-        return integrate(Problem.of(regression), ForcePrior(centre=1e-3))
+        return integrate_force(Problem.of(regression), ForcePrior(centre=1e-3))
 
 
 class Loop:

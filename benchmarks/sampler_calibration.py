@@ -21,13 +21,13 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.reference.ensembles import Ensembles
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
-from friction_bayes.statespace.law_target import law_target
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.replication import drawn_fluctuation
 from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.sampling.law_target import law_target
+from friction_bayes.statespace.sampling.replication import drawn_fluctuation
+from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.transition import initial_response
 from friction_bayes.validation.calibration import rank_pit, uniformity
 
@@ -63,7 +63,7 @@ def regression_of(signal: Array) -> LawRegression:
         sets=np.ones((1, 4), np.bool_),
         log_prior=np.zeros(1),
         stiffness=0,
-        motion=Motion(
+        motion=SmoothedMotion(
             states=np.column_stack([x, v, np.zeros(SAMPLES)]),
             covariance=np.zeros((SAMPLES, 3, 3)),
             noise=1.0,

@@ -43,7 +43,7 @@ def long_decay(system: fb.Oscillator = SYSTEM, **settings: Any) -> xr.DataArray:
 def slow_decay(system: fb.Oscillator = SYSTEM, **settings: Any) -> xr.DataArray:
     """Simulate a decay from 14.7 mm under 0.07 N: 22 periods, 126 samples each, and 0.2 mm of noise.
 
-    It loses four tenths of its amplitude, so that damping is hardly told from friction.
+    It loses four tenths of its amplitude, so that damping is hardly separated from friction.
     """
     usual = {
         "friction": 0.07,

@@ -10,8 +10,8 @@ from scipy.special import logsumexp
 from experiments.simulation.fit import LoopFit
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.noise_kinds import log_convention
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.infer.sensor_noise import log_convention
 from friction_bayes.loop.noise.likelihood import log_densities
 from friction_bayes.loop.noise.robust_samples import LeftOut
 
@@ -28,7 +28,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     mine = fit.rubs & np.array([names == effects for names in fit.sets.effects])
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
     if not np.all(np.isfinite(alone.coefficients)):
-        # beside other sets without a force it cannot matter, so that its law was not looked at
+        # next to other sets without a force it cannot matter, so that its law was not looked at
         return -math.inf
     (point,) = alone.posterior.points
     # shapes taken about the best stand for a part of their prior, which an evidence has whole

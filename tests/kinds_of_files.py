@@ -54,7 +54,7 @@ class Kind(NamedTuple):
         Of the file.
     says : str
         What was read, or the words of the refusal.
-    told : tuple of str
+    stated : tuple of str
         Options.
     system : tuple of str
     read : bool
@@ -63,7 +63,7 @@ class Kind(NamedTuple):
     write: Callable[[Path], object]
     name: str
     says: str
-    told: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
     system: tuple[str, ...] = LINEAR
     read: bool = True
 
@@ -568,7 +568,7 @@ columns, units and times are found is under [file formats](data.md#file-formats)
 def page() -> str:
     """Return the page of the documentation that lists them."""
     rows = [
-        f"| `{kind.name}` | {what} | {f'`{shlex.join(kind.told)}`' if kind.told else ''} "
+        f"| `{kind.name}` | {what} | {f'`{shlex.join(kind.stated)}`' if kind.stated else ''} "
         f"| {kind.says if kind.read else f'“{kind.says}”'} |"
         for what, kind in KINDS.items()
     ]

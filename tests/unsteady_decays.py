@@ -141,7 +141,7 @@ def bent_record(
 
 
 def ringing_record(rng: np.random.Generator, size: float, decay_time: float, order: int = 0) -> xr.DataArray:
-    """Record of a decay and of a line of 4.3 Hz beside it; ``size`` is a share of the release.
+    """Record of a decay and of a line of 4.3 Hz next to it; ``size`` is a share of the release.
 
     The line is as large at the beginning, and steady if its decay time [s] is infinite.
     """

@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.signal_derivatives import signal_derivatives
+from friction_bayes.loop.data.prediction_derivatives import prediction_derivatives
 from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel, fit_noise
 
 __all__ = ["Curvature", "Objective", "Point"]
@@ -87,7 +87,7 @@ class Objective:
         jacobians = []
         for r in range(len(self.model.segments)):
             if known is None:
-                jacobian = signal_derivatives(self.model, point.z, r, point.predictions[r], steps)
+                jacobian = prediction_derivatives(self.model, point.z, r, point.predictions[r], steps)
             else:
                 jacobian = known[r]
             noise = point.noises[r]

@@ -10,7 +10,7 @@ from experiments.simulation.fit import LoopFit, fit_model, settle
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.coulomb_fit import coulomb_fit
+from friction_bayes.loop.infer.coulomb_fit import coulomb_mode
 from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -34,7 +34,7 @@ def simulated_fit(
     """
     noise = [NoiseModel(outliers=OUTLIERS.name in names, censored=SENSOR_CLIPPING.name in names)]
     plain = LoopModel(system, (segment,))
-    base = coulomb_fit(plain)
+    base = coulomb_mode(plain)
     if base is None:
         raise RuntimeError("no fit of the Coulomb model")
     model = plain.with_effects([name for name in names if changes_signal(name)])

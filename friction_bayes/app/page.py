@@ -177,8 +177,8 @@ class Page:
     @property
     def _told(self) -> dict[str, Any]:
         """What was said of how the file is read."""
-        told = {name: field.value for name, field in self._reading.items()}
-        return {name: value for name, value in told.items() if value not in (None, "")}
+        entered = {name: field.value for name, field in self._reading.items()}
+        return {name: value for name, value in entered.items() if value not in (None, "")}
 
     async def _understand(self) -> None:
         """Read the file aside, and show what came of the latest reading alone."""

@@ -122,8 +122,8 @@ class Request:
         declared, given = self.declared(), self.given
         if "length" in given:
             given = {"inertia": declared.moving, "stiffness": declared.stiffness}
-        told = {**given, **self.reading}
-        options = [word for name, value in told.items() for word in _option(name, value)]
+        chosen = {**given, **self.reading}
+        options = [word for name, value in chosen.items() for word in _option(name, value)]
         pendulum = ["--pendulum"] if declared.pendulum else []
         return [self.command, _as_path(self.file), *options, *pendulum, "--out", self.folder]
 

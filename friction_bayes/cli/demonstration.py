@@ -1,6 +1,6 @@
 """The demo: two synthetic records by every method, each with its emcee reference, and a closed loop.
 
-The second record holds viscous damping, which no method knows of: the loop is closed on it, asks for a
+The second record holds viscous damping, which no method knows of: the loop is closed on it, requests a
 further release, and with that finds the damping.
 """
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.cli.fleet_run import Fleet, Part, finished_parts, fleet_manifest, rows_of
+from friction_bayes.cli.fleet_run import Fleet, FleetPart, finished_parts, fleet_manifest, rows_of
 from friction_bayes.cli.options import key_values, system_of
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
@@ -73,7 +73,7 @@ def _check_target(target: Path, arguments: argparse.Namespace) -> None:
         raise InputError(place, "is no result of estimate, and is not replaced", "choose another name")
 
 
-def _estimate_part(part: Part, *, fleet: Fleet, system: Oscillator, options: Mapping[str, Any]) -> None:
+def _estimate_part(part: FleetPart, *, fleet: Fleet, system: Oscillator, options: Mapping[str, Any]) -> None:
     which, file = part
     lazy = fb.estimate_batch(fleet.open()[which], system, **options)
     # block after block, in this thread: a worker has no room for more

@@ -14,7 +14,7 @@ from typing import Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings
-from friction_bayes.cli.fleet_run import Fleet, Part, finished_parts, fleet_manifest
+from friction_bayes.cli.fleet_run import Fleet, FleetPart, finished_parts, fleet_manifest
 from friction_bayes.cli.options import system_of
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import (
@@ -60,7 +60,7 @@ def close_fleet(arguments: argparse.Namespace, fleet: Fleet, asked: Mapping[str,
     return counts
 
 
-def _close_part(part: Part, *, fleet: Fleet, system: Oscillator, asked: Mapping[str, Any]) -> None:
+def _close_part(part: FleetPart, *, fleet: Fleet, system: Oscillator, asked: Mapping[str, Any]) -> None:
     which, file = part
     records = fleet.open()
     record = records[which].compute(scheduler="sync")

@@ -35,7 +35,7 @@ _LONG_RUN = ("resume", "workers", "scheduler")
 _NOT_OF_THE_RESULT = {"out", "force", "json", "verbose", *_LONG_RUN}
 """Options that change no number."""
 
-Part = tuple[Any, Path]
+FleetPart = tuple[Any, Path]
 """Which records, as an index of the fleet, and the file in which they are kept."""
 
 
@@ -127,7 +127,7 @@ def finished_parts(
     arguments: argparse.Namespace,
     fleet: Fleet,
     which: Sequence[Any],
-    work: Callable[[Part], object],
+    work: Callable[[FleetPart], object],
     suffix: str,
 ) -> Iterator[list[Path]]:
     """Do what is not done yet; yield the files of all parts, which go when what is made of them is there.
@@ -167,14 +167,14 @@ def finished_parts(
 
 @contextmanager
 def _parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Path]:
-    """Yield the folder beside ``target`` for the parts of a run; it goes when the run is whole.
+    """Yield the folder next to ``target`` for the parts of a run; it goes when the run is whole.
 
     Parts of a run with another key are never used, and removed; so are all that are not resumed.
     """
     out = Path(target).absolute()
-    beside, name = nearest_existing(out.parent), f".{out.name}.parts-"
-    folder = beside / f"{name}{key}"
-    earlier = list(beside.glob(f"{glob.escape(name)}*"))
+    nearest, name = nearest_existing(out.parent), f".{out.name}.parts-"
+    folder = nearest / f"{name}{key}"
+    earlier = list(nearest.glob(f"{glob.escape(name)}*"))
     for other in earlier:
         if other != folder or not resume:
             shutil.rmtree(other, ignore_errors=True)

@@ -145,8 +145,8 @@ def load_decays(source: str, arguments: argparse.Namespace) -> tuple[list[xr.Dat
             record.attrs["system_source"] = "given on the command line, in part or whole"
         return _chosen_decays(record, system, arguments.decay), system
     system = system_of(arguments)
-    told = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
-    record = fb.read_record(source, **{name: value for name, value in told.items() if value is not None})
+    stated = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
+    record = fb.read_record(source, **{name: value for name, value in stated.items() if value is not None})
     check_time_unit(record, system.natural_frequency)
     return _chosen_decays(record, system, arguments.decay), system
 

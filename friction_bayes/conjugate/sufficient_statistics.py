@@ -148,8 +148,8 @@ def solve_each(triangular: Array, right: Array, *, lower: bool = False) -> Array
     solution = np.empty(right.shape)
     for i in range(size) if lower else reversed(range(size)):
         known = slice(i) if lower else slice(i + 1, size)
-        told = np.sum(triangular[:, i, known] * solution[:, known], axis=1)
-        solution[:, i] = (right[:, i] - told) / triangular[:, i, i]
+        explained = np.sum(triangular[:, i, known] * solution[:, known], axis=1)
+        solution[:, i] = (right[:, i] - explained) / triangular[:, i, i]
     return solution
 
 

@@ -13,7 +13,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER
-from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.demodulation import amplitudes, demodulate, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
 __all__ = ["amplitude_falls"]
@@ -30,15 +30,6 @@ _CERTAIN = 4.0
 """Standard errors by which a course must be ruled out."""
 _NOT_EXCLUDED = 2.0
 """Standard errors within which a loss may be none."""
-
-
-@njit(**INNER)
-def _amplitudes(y: Array, omega: float) -> Array:
-    _, inphase, quadrature, _ = demodulate(y, omega)
-    amplitude = np.zeros(inphase.size)
-    for k in range(inphase.size):
-        amplitude[k] = math.hypot(inphase[k], quadrature[k])
-    return amplitude
 
 
 @njit(**INNER)
@@ -81,15 +72,15 @@ def amplitude_falls(y: Array, omega: float, after_drive: bool) -> bool:
     after_drive : bool
         Whether a drive acted before.
     """
-    amplitude = _amplitudes(y, omega)
+    _, inphase, quadrature, _ = demodulate(y, omega)
+    amplitude = amplitudes(inphase, quadrature)
     count = amplitude.size
     if count < (2 if after_drive else _FEWEST):
         return True
-    design, largest = np.ones((count, 2)), 0.0
+    design = np.ones((count, 2))
     for k in range(count):
         design[k, 1] = -k / (count - 1)
-        largest = max(largest, amplitude[k])
     line, error = _regress(amplitude, design)
     if count >= _MANY or after_drive:
         return line[1] > _NOT_EXCLUDED * error[1]
-    return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest
+    return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest(amplitude)

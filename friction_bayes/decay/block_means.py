@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "amplitude_kept",
     "block_means",
     "fill_block_means",
+    "less",
     "samples_in_block",
     "torn_blocks",
 ]
@@ -51,16 +52,23 @@ def fill_block_means(values: Array, block: int, offset: float, means: Array) -> 
         means[k] = total * weight - offset
 
 
+@njit(**INNER)
+def less(values: Array, constant: float) -> Array:
+    """Values less a constant; numba takes four times as long to compile the expression."""
+    rest = np.empty(values.size)
+    for i in range(values.size):
+        rest[i] = values[i] - constant
+    return rest
+
+
 @njit(**KERNEL, fastmath={"reassoc"})
 def about_mean(values: Array) -> tuple[Array, float]:
     """Values, shape (n,), less their mean, and that."""
-    total, rest = 0.0, np.empty(values.size)
+    total = 0.0
     for i in range(values.size):
         total += values[i]
     mean = total / max(values.size, 1)
-    for i in range(values.size):
-        rest[i] = values[i] - mean
-    return rest, mean
+    return less(values, mean), mean
 
 
 def torn_blocks(time: Array, block: int) -> Mask:

@@ -12,13 +12,41 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
-__all__ = ["EVIDENCE", "LEAST_WINDOW", "demodulate", "fill_turns", "phase_of", "rate_of", "rough_phase"]
+__all__ = [
+    "EVIDENCE",
+    "LEAST_WINDOW",
+    "amplitudes",
+    "demodulate",
+    "fill_turns",
+    "largest",
+    "phase_of",
+    "rate_of",
+    "rough_phase",
+]
 
 EVIDENCE = 30.0
 """Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
 
 LEAST_WINDOW = 7
 """A window of one period is lengthened to hold at least this many samples."""
+
+
+@njit(**INNER)
+def amplitudes(inphase: Array, quadrature: Array) -> Array:
+    """Amplitudes of windows, shape (windows,), see :func:`demodulate`."""
+    amplitude = np.zeros(inphase.size)
+    for k in range(inphase.size):
+        amplitude[k] = math.hypot(inphase[k], quadrature[k])
+    return amplitude
+
+
+@njit(**INNER)
+def largest(values: Array) -> float:
+    """Largest value; minus infinity of none."""
+    found = -math.inf
+    for k in range(values.size):
+        found = max(found, values[k])
+    return found
 
 
 @njit(**KERNEL)
@@ -72,9 +100,9 @@ def fill_turns(first: float, angle: float, cosine: Array, sine: Array) -> None:
     known, count = 1, cosine.size
     while known < count:
         for j in range(known, min(2 * known, count)):
-            before, beside = cosine[j - known], sine[j - known]
-            cosine[j] = before * c - beside * s
-            sine[j] = beside * c + before * s
+            before, across_before = cosine[j - known], sine[j - known]
+            cosine[j] = before * c - across_before * s
+            sine[j] = across_before * c + before * s
         # twice the angle, of length one
         c, s = c * c - s * s, 2.0 * c * s
         kept = 1.5 - 0.5 * (c * c + s * s)

@@ -17,7 +17,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INLINED, INNER
-from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.demodulation import demodulate, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression
 
 __all__ = ["driven_half_cycles"]
@@ -58,12 +58,12 @@ def driven_half_cycles(y: Array, omega: float) -> int:
     for k in range(steps):
         lost[k] = amplitude[k] - amplitude[k + 1]
         most, least = max(most, lost[k]), min(least, lost[k])
-    largest = _largest(amplitude)
-    variance = max(2.0 * noise * noise, 1e-24 * largest**2)
+    most_swing = largest(amplitude)
+    variance = max(2.0 * noise * noise, 1e-24 * most_swing**2)
     if not _may_begin_without_loss(amplitude, lost, variance):
         return 0
     # a step of the period in which the drive ends lies anywhere between the others
-    anywhere = -math.log(max(most - least, 1e-12 * largest))
+    anywhere = -math.log(max(most - least, 1e-12 * most_swing))
     before = _courses(lost, variance)
     log_odds = np.full(steps, -math.inf)
     matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.ones(2)
@@ -90,14 +90,6 @@ def driven_half_cycles(y: Array, omega: float) -> int:
     for k in range(steps):
         log_odds[k] = log_odds[k] + prior - free
     return 2 * _cut(log_odds)
-
-
-@njit(**INNER)
-def _largest(values: Array) -> float:
-    largest = -math.inf
-    for k in range(values.size):
-        largest = max(largest, values[k])
-    return largest
 
 
 @njit(**INLINED)
@@ -209,16 +201,16 @@ def _begins_without_loss(amplitude: Array, end: int, sd: float, later: float) ->
 @njit(**INLINED)
 def _cut(log_odds: Array) -> int:
     """First place by which a drive has surely ended; 0 where that there was one is less probable than not."""
-    largest = _largest(log_odds)
-    if not largest > -math.inf:
+    best = largest(log_odds)
+    if not best > -math.inf:
         return 0
     total = 0.0
     for k in range(log_odds.size):
-        total += math.exp(log_odds[k] - largest)
-    if not largest + math.log(total) > 0.0:
+        total += math.exp(log_odds[k] - best)
+    if not best + math.log(total) > 0.0:
         return 0
     reached, k = 0.0, -1
     while reached < _SURELY_FREE * total:
         k += 1
-        reached += math.exp(log_odds[k] - largest)
+        reached += math.exp(log_odds[k] - best)
     return k

@@ -11,8 +11,8 @@ from friction_bayes.records.clock import GAP, LONGEST_BRIDGED_GAP
 
 __all__ = ["even_grid"]
 
-_BESIDE_GAP = 0.25
-"""Periods before and after a gap by which what is missing is told."""
+_AROUND_GAP = 0.25
+"""Periods before and after a gap from which what is missing is filled in."""
 
 
 def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Array]:
@@ -56,7 +56,7 @@ def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
 
 def _oscillation(at: Array, time: Array, values: Array, gap: tuple[float, float], frequency: float) -> Array:
     """The oscillation that fits the samples next to a gap, by least squares, at times inside it."""
-    middle, reach = 0.5 * (gap[0] + gap[1]), _BESIDE_GAP * 2.0 * math.pi / frequency
+    middle, reach = 0.5 * (gap[0] + gap[1]), _AROUND_GAP * 2.0 * math.pi / frequency
     near = (time > gap[0] - reach) & (time < gap[1] + reach)
 
     def waves(t: Array) -> Array:

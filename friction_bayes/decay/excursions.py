@@ -27,13 +27,13 @@ _WINDOW = 7
 _OUT_OF_MOTION = 0.5
 """Share of the motion's range, from top to bottom, that an excursion exceeds."""
 _OUT_OF_NOISE = 6.0
-"""Times the median distance of a sample from the median around it, that it exceeds besides."""
+"""Times the median distance of a sample from the median around it, that it exceeds too."""
 _AROUND = 10
 """Samples to either side that show how far the motion goes there, even if a period has three."""
 _REACH = 0.8
 """Share of those that go no farther; the others may be excursions too."""
 _OUT_OF_REACH = 1.5
-"""Times as far as those go, that an excursion exceeds besides."""
+"""Times as far as those go, that an excursion exceeds too."""
 _MOST_MARKS = 0.2
 """Share of the samples that may be marks of missing ones; more are part of the signal."""
 _SUPPORT = 4

@@ -126,14 +126,14 @@ def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
 @njit(**INNER)
 def _highest(values: Array) -> int:
     """First of the highest of finite values; found by blocks, which are compared side by side."""
-    beside, whole = np.full(_LANES, -math.inf), values.size // _LANES * _LANES
+    lanes, whole = np.full(_LANES, -math.inf), values.size // _LANES * _LANES
     for begin in range(0, whole, _LANES):
         part = values[begin : begin + _LANES]
         for j in range(_LANES):
-            beside[j] = part[j] if part[j] > beside[j] else beside[j]
+            lanes[j] = part[j] if part[j] > lanes[j] else lanes[j]
     most = -math.inf
     for j in range(_LANES):
-        most = max(most, beside[j])
+        most = max(most, lanes[j])
     for i in range(whole, values.size):
         most = max(most, values[i])
     at = 0

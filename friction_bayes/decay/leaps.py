@@ -22,7 +22,7 @@ _LEAST_LEAP = 0.1
 _FIRST, _SHARE = 1000, 16
 """First samples, whose range is looked at: so many, or one part in so many; a decay goes farthest there."""
 _OF_OTHERS = 4.0
-"""Times what is usual in the other intervals, 5 % of them apart, that it exceeds besides."""
+"""Times what is usual in the other intervals, 5 % of them apart, that it exceeds too."""
 _AT_A_TIME = 256
 """Gaps that are looked at side by side."""
 _ROUNDING = 1.0 - 1e-9
@@ -53,15 +53,15 @@ def find_leap(values: Array) -> tuple[int, float] | None:
     size = float(gaps[k])
     if abs(size) <= _LEAST_LEAP * float(np.ptp(values)):
         return None
-    beside = _gaps(values, _SKIPPED)
+    skipping = _gaps(values, _SKIPPED)
     # the leap is in all intervals whose samples reach over it, which are many of a short stretch
     others = np.abs(np.arange(gaps.size) - k) >= _AROUND + _SKIPPED
     if not others.any():
         return None
-    least = [_OF_OTHERS * float(np.quantile(np.abs(some[others]), 0.95)) for some in (gaps, beside)]
+    least = [_OF_OTHERS * float(np.quantile(np.abs(some[others]), 0.95)) for some in (gaps, skipping)]
     if abs(size) <= least[0]:
         return None
-    if np.sign(size) * beside[k] <= max(0.5 * abs(size), least[1]):
+    if np.sign(size) * skipping[k] <= max(0.5 * abs(size), least[1]):
         return None
     return k + _AROUND + _SKIPPED - 1, size
 
@@ -147,18 +147,18 @@ def _wider_gaps(values: Array, limit: float) -> int:
 @njit(**KERNEL)
 def widest_gap(values: NDArray[np.float32]) -> float:
     """Widest gap in the middle of an interval that has four samples on either side; zero without any."""
-    widest, beside = np.float32(0.0), np.zeros(_AT_A_TIME, np.float32)
+    widest, lanes = np.float32(0.0), np.zeros(_AT_A_TIME, np.float32)
     whole = max(values.size - 7, 0) // _AT_A_TIME * _AT_A_TIME
     for begin in range(0, whole, _AT_A_TIME):
-        _wider_beside(values[begin : begin + _AT_A_TIME + 7], beside)
-    _wider_beside(values[whole:], beside)
+        _wider_in_lanes(values[begin : begin + _AT_A_TIME + 7], lanes)
+    _wider_in_lanes(values[whole:], lanes)
     for j in range(_AT_A_TIME):
-        widest = max(widest, beside[j])
+        widest = max(widest, lanes[j])
     return float(widest)
 
 
 @njit(**INNER, fastmath={"contract"})
-def _wider_beside(part: NDArray[np.float32], widest: NDArray[np.float32]) -> None:
+def _wider_in_lanes(part: NDArray[np.float32], widest: NDArray[np.float32]) -> None:
     """Take over the gaps of a part that are wider, each in its own place: there is no running largest."""
     w0, w1 = np.float32(_ONWARD[0]), np.float32(_ONWARD[1])
     w2, w3 = np.float32(_ONWARD[2]), np.float32(_ONWARD[3])

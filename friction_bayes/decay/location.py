@@ -178,8 +178,8 @@ def _locate(
                 own,
             )
     # two modes that beat do not decay either, and are to be reported
-    told = (located.status == FOUND) | (located.status == NOT_DECAYING)
-    located.status[told & modes.several] = SEVERAL_MODES
+    decided = (located.status == FOUND) | (located.status == NOT_DECAYING)
+    located.status[decided & modes.several] = SEVERAL_MODES
     frequency = np.minimum(located.frequency, _FASTER * natural_frequency * step)
     brief = frequency * (located.stop - located.start) < LEAST_HALF_CYCLES * math.pi
     located.status[(located.status == FOUND) & brief] = TOO_SHORT

@@ -15,11 +15,13 @@ from numba import njit
 from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls
-from friction_bayes.decay.block_means import fill_block_means
+from friction_bayes.decay.block_means import fill_block_means, less
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
+    amplitudes,
     demodulate,
     fill_turns,
+    largest,
     phase_of,
     rate_of,
     rough_phase,
@@ -424,14 +426,12 @@ def _moving_part(
     centre, inphase, quadrature, noise = demodulate(moving, omega * width)
     if centre.size < 2:
         return _nothing(TOO_SHORT)
-    amplitude, largest = np.zeros(centre.size), 0.0
-    for k in range(centre.size):
-        amplitude[k] = math.hypot(inphase[k], quadrature[k])
-        largest = max(largest, amplitude[k])
+    amplitude = amplitudes(inphase, quadrature)
+    most_swing = largest(amplitude)
     floor = _median(noise)
     if not alone and peaks_after_releases(amplitude, floor).size > 1:
         return _nothing(SEVERAL_DECAYS)
-    threshold = 0.8 * largest - 2.0 * floor
+    threshold = 0.8 * most_swing - 2.0 * floor
     first = 0
     while first < amplitude.size - 1 and amplitude[first] < threshold:
         first += 1
@@ -440,7 +440,7 @@ def _moving_part(
         return _nothing(NO_OSCILLATION)
     start = 0
     if given_start < 0:
-        start = _release(moving, polynomial, scale, centre[first], largest)
+        start = _release(moving, polynomial, scale, centre[first], most_swing)
     hinge, rest, explained = _hinge(moving, start, polynomial, scale)
     if explained < 12.0 + 2.0 * math.log(moving.size):
         return _nothing(NO_OSCILLATION)
@@ -459,7 +459,7 @@ def _moving_part(
         half = math.pi / rate_of(polynomial, scale, float(start))
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
-        swing = _less(moving[free : (stop - begin) // width], rest)
+        swing = less(moving[free : (stop - begin) // width], rest)
         disturbed, goes_on = disturbed_half_cycles(swing, math.pi / half)
         after, driven = free, 0
         if goes_on:
@@ -471,7 +471,7 @@ def _moving_part(
                 let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
                 first_sample = math.ceil(begin + let_go * width + shift)
             after = max(math.ceil(let_go), free)
-            driven = driven_half_cycles(_less(moving[after : (stop - begin) // width], rest), math.pi / half)
+            driven = driven_half_cycles(less(moving[after : (stop - begin) // width], rest), math.pi / half)
         if driven > 0:
             # the turning point after
             released = _nearest_turn(after + (driven + 0.5) * half, polynomial, scale, order)
@@ -490,15 +490,6 @@ def _moving_part(
         return NOT_DECAYING, 0, 0, 0.0, 0.0, 0.0, False, 0, undriven
     phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
     return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed, undriven
-
-
-@njit(**INNER)
-def _less(values: Array, constant: float) -> Array:
-    """Values less a constant; numba takes four times as long to compile the expression."""
-    left = np.empty(values.size)
-    for i in range(values.size):
-        left[i] = values[i] - constant
-    return left
 
 
 @njit(**INNER)

@@ -16,7 +16,7 @@ from numba import njit
 from friction_bayes.core.arrays import ZERO, Array, Integers
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import block_means
-from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.demodulation import demodulate, largest
 
 __all__ = ["parts_between_releases", "peaks_after_releases", "samples_averaged"]
 
@@ -33,7 +33,7 @@ _AT_ONCE = 4
 _STILL = 0.1
 """Share of the amplitude reached, below which what is released later rests."""
 _STILL_IN_NOISE = 3.0
-"""Times the noise of an amplitude, that it may have besides."""
+"""Times the noise of an amplitude, that it may have too."""
 _AT_REST = 3
 """Windows, half a period apart, that it rests for."""
 _MOVED = 0.1
@@ -58,10 +58,7 @@ def peaks_after_releases(amplitude: Array, floor: float) -> Integers:
         Its noise.
     """
     peaks, count = np.zeros(amplitude.size, np.int64), 0
-    largest = 0.0
-    for value in amplitude:
-        largest = max(largest, value)
-    least = max(_LEAST_SHARE * largest, _OUT_OF_NOISE * floor)
+    least = max(_LEAST_SHARE * largest(amplitude), _OUT_OF_NOISE * floor)
     top, falling, low = ZERO, True, 0.0
     for w in range(amplitude.size + 1):
         # beyond the end it has fallen

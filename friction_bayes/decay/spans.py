@@ -112,12 +112,12 @@ def _fill_shares(y: Array, low: float, scale: float, share: NDArray[np.float32])
 def _farthest(y: NDArray[np.float32]) -> float:
     """Largest distance of two samples up to three apart."""
     at_a_time, widest = _LANES * _FOLDS, np.float32(0.0)
-    beside = np.zeros(_LANES, np.float32)
+    lanes = np.zeros(_LANES, np.float32)
     whole = max(y.size - _APART, 0) // at_a_time * at_a_time
     for begin in range(0, whole, at_a_time):
-        _fold(y[begin : begin + at_a_time + _APART], beside)
+        _fold(y[begin : begin + at_a_time + _APART], lanes)
     for j in range(_LANES):
-        widest = max(widest, beside[j])
+        widest = max(widest, lanes[j])
     for i in range(whole, y.size):
         for j in range(i + 1, min(i + 1 + _APART, y.size)):
             widest = max(widest, abs(y[j] - y[i]))

@@ -1,4 +1,4 @@
-"""Oscillations in the spectrum of a record: the one that is followed, and whether another is there besides.
+"""Oscillations in the spectrum of a record: the one that is followed, and whether there is another.
 
 A decay that begins at once has skirts that fall off as one over the distance in frequency, times the length
 of the decay; another mode must rise above them. It must also be separate, with a dip before it, which
@@ -112,7 +112,7 @@ def _tell_others(
     long: float,
     expected: float,
 ) -> None:
-    """Put what modes there are besides the strongest, whose amplitude is one, into a row."""
+    """Put what modes there are in addition to the strongest, whose amplitude is one, into a row."""
     found = _others(amplitude, grid, peak, long)
     if found.size:
         main, shares, at_others = grid[peak], amplitude[found], grid[found]
@@ -168,7 +168,7 @@ def _strongest(
     sought: int,
     frequency: Array,
 ) -> tuple[Indices, Array, Array, Mask]:
-    """Find the strongest maximum of each record, and whether any apart from it stands out of its skirts.
+    """Find the strongest maximum of each record, and whether any apart from it rises above its skirts.
 
     Rounding aside :func:`_others` finds none where none does.
 

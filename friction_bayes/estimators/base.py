@@ -31,7 +31,7 @@ __all__ = [
     "FittedMotion",
     "FreeDecays",
     "Glance",
-    "Part",
+    "PosteriorPart",
     "RandomForce",
 ]
 
@@ -71,7 +71,7 @@ class RandomForce:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class PosteriorPart:
     """One part of a posterior, which a sampler samples by itself.
 
     Attributes
@@ -140,12 +140,12 @@ class Fit:
         Remarks for the reader: assumptions, negative samples, residuals that are not noise.
     motion : FittedMotion or None
         Of a method that fits the whole signal.
-    account_parts : tuple of Part
+    account_parts : tuple of PosteriorPart
         Those of the accounts that count.
     accounts : tuple of NoiseAccount
         Of the residual of a fit of the whole signal, that of white noise alone first; empty where they were
         not requested or could not be evaluated.
-    parts : tuple of Part
+    parts : tuple of PosteriorPart
         Of the posterior, those that count; one where there are no accounts.
     random_force : RandomForce or None
         Its posterior; None where there are no accounts.
@@ -170,13 +170,13 @@ class Fit:
     notes: tuple[str, ...] = ()
     motion: FittedMotion | None = None
     accounts: tuple[NoiseAccount, ...] = ()
-    account_parts: tuple[Part, ...] = ()
+    account_parts: tuple[PosteriorPart, ...] = ()
     random_force: RandomForce | None = None
     witness: Witness | None = None
 
     @property
-    def parts(self) -> tuple[Part, ...]:
-        return self.account_parts or (Part("the whole posterior", 1.0, False, self.build_target),)
+    def parts(self) -> tuple[PosteriorPart, ...]:
+        return self.account_parts or (PosteriorPart("the whole posterior", 1.0, False, self.build_target),)
 
     @cached_property
     def _reconciled(self) -> Any:

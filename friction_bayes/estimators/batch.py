@@ -313,9 +313,9 @@ def _estimate_chunk(
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
     location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
-    told = np.array([location, spread, *(family.ppf(q, *coefficient) for q in TAILS)])
-    friction = _friction(family, coefficient, told, like, fits.frequency, fits.frequency_sd)
-    columns = (*friction, *(told * fits.frequency**-kind.order))
+    of_coefficient = np.array([location, spread, *(family.ppf(q, *coefficient) for q in TAILS)])
+    friction = _friction(family, coefficient, of_coefficient, like, fits.frequency, fits.frequency_sd)
+    columns = (*friction, *(of_coefficient * fits.frequency**-kind.order))
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
@@ -436,34 +436,34 @@ def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Ar
 def _friction(
     family: Any,
     coefficient: tuple[Array, ...],
-    told: Array,
+    of_coefficient: Array,
     like: FreeDecays,
     frequency: Array,
     frequency_sd: Array,
 ) -> Array:
-    """Mean, sd and 90 % interval of friction from ``told``, those of the coefficient, shape (4, records)."""
+    """Mean, sd and 90 % interval of friction from those ``of_coefficient``, shape (4, records)."""
     system, kind = like.system, like.quantity
     if like.unit in UNCALIBRATED_UNITS:
-        return told
+        return of_coefficient
     table = np.full((4, frequency.size), np.nan)
     disagree = frequencies_disagree(system, frequency, frequency_sd)
     for rows, both in ((~disagree, False), (disagree, True)):
         if rows.any():
             factors = declared_forces(system, kind, frequency[rows], disagree=both)
             own = tuple(each[rows] for each in coefficient)
-            table[:, rows] = _in_force(family, own, told[:, rows], factors)
+            table[:, rows] = _in_force(family, own, of_coefficient[:, rows], factors)
     return table
 
 
 def _in_force(
-    family: Any, coefficient: tuple[Array, ...], told: Array, factors: tuple[ForceFactor, ...]
+    family: Any, coefficient: tuple[Array, ...], of_coefficient: Array, factors: tuple[ForceFactor, ...]
 ) -> Array:
     """Mean, sd and interval of variables times one of some equally probable factors, shape (4, m).
 
-    Those of the variables are ``told``.
+    Those of the variables are ``of_coefficient``.
     """
     if len(factors) == 1 and factors[0].relative_sd == 0.0:
-        return told * factors[0].factor
+        return of_coefficient * factors[0].factor
     *shapes, location, scale = coefficient
     scaled_by = [((*shapes, location * factor, scale * factor), sd) for factor, sd in factors]
     moments = [scaled_moments(family.mean(*own), family.std(*own), 1.0, sd) for own, sd in scaled_by]

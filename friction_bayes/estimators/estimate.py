@@ -35,7 +35,7 @@ from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
 
 __all__ = [
-    "RANDOM_FORCE",
+    "RANDOM_FORCE_CHOICES",
     "check_choices",
     "estimate",
     "prior_mapping",
@@ -43,7 +43,7 @@ __all__ = [
     "surely_faster_loss",
 ]
 
-RANDOM_FORCE = ("auto", "none")
+RANDOM_FORCE_CHOICES = ("auto", "none")
 """Whether a random force may be there."""
 
 _MAY_BE_NONE = 0.01
@@ -185,7 +185,7 @@ def check_choices(peaks: str, random_force: str) -> None:
     InputError
         With the choices that there are.
     """
-    given = {"peaks": (peaks, PEAKS), "random_force": (random_force, RANDOM_FORCE)}
+    given = {"peaks": (peaks, PEAKS), "random_force": (random_force, RANDOM_FORCE_CHOICES)}
     for name, (choice, choices) in given.items():
         if choice not in choices:
             raise unknown_name(name, "choice", choice, choices)

@@ -206,10 +206,10 @@ class Estimate(Shown):
         return summary_table(self._summaries())
 
     def _summaries(self) -> dict[str, dict[str, Any]]:
-        told = self.to_dict()
-        rows = {name: told[name] for name in _SUMMARISED if told[name] is not None}
-        for name in ("sd", "correlation_time") if told["random_force"] else ():
-            rows[f"random_force.{name}"] = told["random_force"][name]
+        as_reported = self.to_dict()
+        rows = {name: as_reported[name] for name in _SUMMARISED if as_reported[name] is not None}
+        for name in ("sd", "correlation_time") if as_reported["random_force"] else ():
+            rows[f"random_force.{name}"] = as_reported["random_force"][name]
         return rows
 
     def to_xarray(self) -> xr.Dataset:

@@ -30,7 +30,7 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.judgement import Judgement, judge
 from friction_bayes.loop.mixture.candidates import Candidates
-from friction_bayes.loop.mixture.mixture import Mixture
+from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.loop.report.next_experiment import next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
@@ -146,7 +146,7 @@ def _reference_check(
     return reference, sampled
 
 
-def _deciding_experiment(mixture: Mixture) -> str | None:
+def _deciding_experiment(mixture: CandidateMixture) -> str | None:
     """The record that would decide between the most probable candidates.
 
     Between those with another friction, if there are any, and that do not contain the first as the case of a
@@ -163,7 +163,7 @@ def _deciding_experiment(mixture: Mixture) -> str | None:
     return next_experiment([*known.values()], [set_words(in_catalogue_order(names)) for names in known])
 
 
-def _random_force(mixture: Mixture, factor: float, unit: str) -> dict[str, Any] | None:
+def _random_force(mixture: CandidateMixture, factor: float, unit: str) -> dict[str, Any] | None:
     """Size and correlation time of the random force, given that there is one; None where not evaluated."""
     draws = mixture.of.draws
     forced = draws.random_force > 0.0
@@ -248,7 +248,7 @@ def _compare_with_reference(
 
 
 def _posterior(
-    mixture: Mixture,
+    mixture: CandidateMixture,
     after: Distribution,
     seed: int,
     sampled: xr.DataTree | None,

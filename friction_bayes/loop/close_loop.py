@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
-from friction_bayes.loop.pipeline import run
+from friction_bayes.loop.pipeline import run_loop
 from friction_bayes.loop.report.result import LoopReport
 
 __all__ = ["close_loop"]
@@ -90,4 +90,4 @@ def close_loop(
         reference_friction=reference_friction,
     )
     given = (records,) if isinstance(records, xr.DataArray) else records
-    return run(given, check_system(system), options, reference_force, progress)
+    return run_loop(given, check_system(system), options, reference_force, progress)

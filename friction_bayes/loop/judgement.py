@@ -9,7 +9,12 @@ import numpy as np
 
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.held_out import Forecast, forecast_records, held_out_error
+from friction_bayes.loop.checks.held_out import (
+    CoulombForecast,
+    Forecast,
+    forecast_records,
+    held_out_error,
+)
 from friction_bayes.loop.data.friction import (
     Distribution,
     dry_friction,
@@ -20,7 +25,7 @@ from friction_bayes.loop.data.friction import (
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
-from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
+from friction_bayes.loop.mixture.mixture import CandidateMixture, mixture_of
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.report.friction_range import Reading, friction_range
 from friction_bayes.loop.report.result import RecordTrace
@@ -44,7 +49,7 @@ class Judgement:
         The verdict.
     against : tuple of str
         What forbids to use the number: see :class:`friction_bayes.loop.report.verdict.Consequences`.
-    mixture : Mixture
+    mixture : CandidateMixture
         All candidates.
     friction, friction_before : Distribution
         As they are reported, of all candidates and of Coulomb friction alone.
@@ -65,7 +70,7 @@ class Judgement:
 
     word: str
     against: tuple[str, ...]
-    mixture: Mixture
+    mixture: CandidateMixture
     friction: Distribution
     friction_before: Distribution
     friction_range: dict[str, Any] | None
@@ -76,7 +81,7 @@ class Judgement:
     sensitivity: dict[str, Any]
     friction_agreed: bool
     shift: float
-    forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
+    forecasts: tuple[tuple[CoulombForecast, ...], tuple[Forecast, ...]]
     traces: tuple[RecordTrace, ...]
 
 
@@ -114,7 +119,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         contradicted=best.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
-    sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
+    sensitivity = prior_sensitivity(mixture.draws, mixture.sets, len(candidates.evaluated))
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
@@ -139,7 +144,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     )
 
 
-def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:
+def _loss(trace: RecordTrace, mixture: CandidateMixture, model: LoopModel) -> float:
     """Friction that alone would explain the loss of amplitude, as friction is reported."""
     if trace.turning_points.size < LEAST_HALF_CYCLES:
         return 0.0

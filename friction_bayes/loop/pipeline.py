@@ -23,10 +23,10 @@ from friction_bayes.loop.report.reference_force import validate_force
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["run"]
+__all__ = ["run_loop"]
 
 
-def run(
+def run_loop(
     records: Sequence[xr.DataArray],
     system: Oscillator,
     options: LoopOptions,

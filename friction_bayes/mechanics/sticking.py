@@ -10,10 +10,10 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
 from friction_bayes.mechanics.dormand_prince import acceleration
 
-__all__ = ["Samples", "departure", "rest"]
+__all__ = ["SampledMotion", "departure", "rest"]
 
 
-class Samples(NamedTuple):
+class SampledMotion(NamedTuple):
     """Sample times, and the motion at them, filled as it goes on; no accelerations where none are wanted."""
 
     time: Array

@@ -21,7 +21,7 @@ from friction_bayes.mechanics.dormand_prince import (
     error_norm,
     step,
 )
-from friction_bayes.mechanics.sticking import Samples, departure, rest
+from friction_bayes.mechanics.sticking import SampledMotion, departure, rest
 
 __all__ = ["DIVERGED", "DONE", "trajectory"]
 
@@ -226,7 +226,7 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
     limits = _limits(law, x, v, time[n - 1] - time[0], rtol)
     # the forces at the samples cost as much as the motion itself
     accelerations = np.full(n if order == 2 else 0, np.nan)
-    samples = Samples(time, np.full(n, np.nan), np.full(n, np.nan), accelerations)
+    samples = SampledMotion(time, np.full(n, np.nan), np.full(n, np.nan), accelerations)
     slopes = Slopes(np.empty(SLOPES), np.empty(SLOPES), np.empty(DENSE), np.empty(DENSE))
     turning_times, turning_points, turns = np.empty(64), np.empty(64), ZERO
     stop_time = math.inf

@@ -21,7 +21,7 @@ from scipy.special import betainc
 from friction_bayes.core.arrays import Array
 from friction_bayes.monitor.remaining_life import RemainingLife
 
-__all__ = ["LAWS", "Clock", "ExponentialClock", "JumpClock", "KinkClock", "PowerClock"]
+__all__ = ["LAWS", "ExponentialClock", "JumpClock", "KinkClock", "PowerClock", "WearClock"]
 
 LAWS = ("linear", "accelerating", "decelerating", "saturating", "kinked", "jumps")
 """Names of the laws of wear, equally probable beforehand."""
@@ -36,7 +36,7 @@ _ONLY_ONE = 0.5
 """Probability that a single jump is the only one there ever is."""
 
 
-class Clock(Protocol):
+class WearClock(Protocol):
     """A law of wear. Times and readings are in units of the time observed, from T1 on."""
 
     def reading(self, time: Array) -> Array:

@@ -22,9 +22,9 @@ from friction_bayes.estimators.batch import estimate_batch
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
 
-__all__ = ["STATUS", "fleet_times", "monitor_fleet"]
+__all__ = ["fleet_times", "monitor_fleet"]
 
-STATUS = ("ok", "too_few_points")
+_STATUS = ("ok", "too_few_points")
 """Meaning of a machine's ``status`` 0, 1."""
 _BLOCK = 16
 """Machines followed by one task, at most."""
@@ -59,7 +59,7 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     -------
     xarray.Dataset
         Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` (see
-        :data:`friction_bayes.estimators.batch.STATUS`) and ``friction_mean``, ``friction_sd``,
+        :data:`friction_bayes.estimators.batch._STATUS`) and ``friction_mean``, ``friction_sd``,
         ``plain_mean``, ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be
         used. Over ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a
         threshold, ``probability_above_threshold``, ``probability_never_reached`` and ``remaining_life`` (over
@@ -227,7 +227,7 @@ def _as_dataset(
         },
         attrs={"relative_sd_of_factor": known["relative_sd"]},
     )
-    dataset["status"].attrs = {"flag_values": [0, 1], "flag_meanings": " ".join(STATUS)}
+    dataset["status"].attrs = {"flag_values": [0, 1], "flag_meanings": " ".join(_STATUS)}
     if threshold is None:
         return dataset
     return dataset.assign_coords(quantile=list(QUANTILES)).assign_attrs(threshold=threshold)

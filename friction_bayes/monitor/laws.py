@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.monitor.clocks import LAWS, Clock, ExponentialClock, JumpClock, KinkClock, PowerClock
+from friction_bayes.monitor.clocks import LAWS, ExponentialClock, JumpClock, KinkClock, PowerClock, WearClock
 from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
 from friction_bayes.monitor.wear import WearPosterior, default_wear_prior, fit_wear
 
@@ -46,7 +46,7 @@ class _Family:
     """Clocks of a law along one shape parameter."""
 
     law: str
-    clock: Callable[[float], Clock]
+    clock: Callable[[float], WearClock]
     low: float
     high: float
 
@@ -107,7 +107,7 @@ class WearOnClock:
     ----------
     law : str
         One of :data:`friction_bayes.monitor.clocks.LAWS`.
-    clock : Clock
+    clock : WearClock
     probability : float
         Posterior probability of the clock.
     posterior : WearPosterior
@@ -115,7 +115,7 @@ class WearOnClock:
     """
 
     law: str
-    clock: Clock
+    clock: WearClock
     probability: float
     posterior: WearPosterior
 
@@ -211,11 +211,13 @@ def fit_laws(times: Array, friction: Array, sd: Array) -> WearLaws:
     time = (times - times[0]) / span
     prior = default_wear_prior(time, friction)
 
-    def fit(clock: Clock) -> WearPosterior:
+    def fit(clock: WearClock) -> WearPosterior:
         return fit_wear(clock.reading(time), friction, sd, prior)
 
     # law, clock, its share of the law beforehand, its fit
-    found: list[tuple[str, Clock, float, WearPosterior]] = [("linear", PowerClock(), 1.0, fit(PowerClock()))]
+    found: list[tuple[str, WearClock, float, WearPosterior]] = [
+        ("linear", PowerClock(), 1.0, fit(PowerClock()))
+    ]
     for jumps, share in _jumps(time, friction, sd):
         # one jump says nothing of how jumps differ: the next is like it
         alike = replace(prior, wander=0.0) if len(jumps.after) == 1 else prior
@@ -266,12 +268,12 @@ def _jumps(time: Array, friction: Array, sd: Array) -> list[tuple[JumpClock, flo
     ]
 
 
-def _fit_shape(family: _Family, fit: Callable[[Clock], WearPosterior], shape: float) -> WearPosterior:
+def _fit_shape(family: _Family, fit: Callable[[WearClock], WearPosterior], shape: float) -> WearPosterior:
     """Fit the clock of one value of a family's shape parameter."""
     return fit(family.clock(shape))
 
 
-def _kinks(ratio: float, fit: Callable[[Clock], WearPosterior]) -> _Kinks:
+def _kinks(ratio: float, fit: Callable[[WearClock], WearPosterior]) -> _Kinks:
     """Fit kinks of one ratio, at times that are laid where the evidence is."""
     times, fits = _along(0.0, 1.0, lambda time: fit(KinkClock(time, ratio)), _KINK_STEP)
     return _Kinks([KinkClock(time, ratio) for time in times.tolist()], _shares(times), fits)
@@ -293,9 +295,9 @@ def _along(
         evidence = np.array([each.log_evidence for each in fits])
         near = np.maximum(evidence[1:], evidence[:-1]) > evidence.max() - _NEGLIGIBLE
         width = np.diff(shapes)
-        beside = np.minimum(np.append(width[1:], np.inf), np.append(np.inf, width[:-1]))
+        neighbour = np.minimum(np.append(width[1:], np.inf), np.append(np.inf, width[:-1]))
         # a peak between two values of equal evidence shows in how fine the steps next to it are
-        coarse = (np.abs(np.diff(evidence)) > step) | (width > 1.5 * beside)
+        coarse = (np.abs(np.diff(evidence)) > step) | (width > 1.5 * neighbour)
         wide = np.flatnonzero(near & coarse)
         if wide.size == 0:
             break

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import TAILS
-from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, note, styled
+from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, margin_note, new_figure, styled
 
 __all__ = ["draw_friction", "plot_friction", "plot_friction_panels", "plot_joint"]
 
@@ -36,7 +36,7 @@ def draw_friction(axes: Axes, friction: Any, draws: Array | None, truth: float |
         else:
             side = "right" if truth > high else "left"
             arrow = "→" if side == "right" else "←"
-            note(axes, f"true value {truth:.4g} {arrow}", place=f"upper {side}")
+            margin_note(axes, f"true value {truth:.4g} {arrow}", place=f"upper {side}")
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.set_ylim(bottom=0.0)

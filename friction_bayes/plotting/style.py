@@ -28,8 +28,8 @@ __all__ = [
     "Panels",
     "caption",
     "figure_files",
+    "margin_note",
     "new_figure",
-    "note",
     "panels_of",
     "save_figure",
     "styled",
@@ -122,7 +122,7 @@ def caption(axes: Axes, text: str) -> None:
     axes.set_title(text, loc="right", fontsize=9.0, fontweight="normal", color="#444444")
 
 
-def note(axes: Axes, text: str, *, place: str = "upper right") -> None:
+def margin_note(axes: Axes, text: str, *, place: str = "upper right") -> None:
     """Write a small text into a corner of the axes."""
     vertical, horizontal = place.split()
     axes.annotate(

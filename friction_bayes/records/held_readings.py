@@ -1,4 +1,4 @@
-"""Readings that are held: a logger that asks faster than the sensor measures writes each several times.
+"""Readings that are held: a logger that reads faster than the sensor measures writes each several times.
 
 A slow sensor behind a fast clock, a camera of 12 pictures a second in a recording of 30, repeats a reading
 exactly until it has the next one, however fast the motion. Taken for samples, the repeats are late.

@@ -98,8 +98,8 @@ def make_record(
     # as they are, and the times as the index that xarray makes of them: it otherwise loads Dask to see
     # whether the arrays are Dask's
     stamps = xr.IndexVariable("time", pd.Index(clock), {"units": "s", "standard_name": "time"}, fastpath=True)
-    told = {"quantity": kind.name, "units": si_unit, "name": name, **attrs}
-    samples = xr.Variable("time", signal * factor, told, fastpath=True)
+    described = {"quantity": kind.name, "units": si_unit, "name": name, **attrs}
+    samples = xr.Variable("time", signal * factor, described, fastpath=True)
     return xr.DataArray(samples, coords={"time": stamps}, name=kind.name)
 
 
@@ -124,7 +124,7 @@ def with_values(record: xr.DataArray, values: Array) -> xr.DataArray:
     values : ndarray, shape (n,)
         In the unit of the record.
     """
-    # as they are, like in make_record; record.copy(data=values) asks whether they are Dask's
+    # as they are, like in make_record; record.copy(data=values) checks whether they are Dask's
     samples = xr.Variable(record.dims, values, record.attrs, fastpath=True)
     return xr.DataArray(samples, coords=record.coords, name=record.name)
 

@@ -8,40 +8,40 @@ from typing import Any
 
 from friction_bayes.core.text import interval90, number
 from friction_bayes.report.estimate_story import estimate_story
-from friction_bayes.report.page import Shown, render_page, reproduction
+from friction_bayes.report.page import FigureInWords, render_page, reproduction
 from friction_bayes.report.story import known_within
 
 __all__ = ["EstimatedRecord", "estimate_page", "friction_sentence"]
 
 _FIGURES = {
-    "fit": Shown(
+    "fit": FigureInWords(
         "The record over time with its fit, the residual, and the last cycles",
         "The record and the fitted free decay; below, what is left of it, which is noise where the model "
         "holds. On the right the last cycles, and the residual with the normal distribution of the noise.",
     ),
-    "residual": Shown(
+    "residual": FigureInWords(
         "The residual over time, over phase, and its distribution",
         "What the fit leaves, over time and over the phase of the motion, and its distribution: noise has no "
         "phase, a missing effect has.",
     ),
-    "amplitudes": Shown(
+    "amplitudes": FigureInWords(
         "The turning points over time within the envelope of dry friction",
         "The turning points, and the straight envelope that dry friction alone would give.",
     ),
-    "friction": Shown(
+    "friction": FigureInWords(
         "Posterior density of friction",
         "Posterior of friction in closed form, and the draws of the sampler where there is one.",
     ),
-    "joint": Shown(
+    "joint": FigureInWords(
         "Joint posterior density of friction and precision",
         "Joint posterior of friction and precision, with the region that holds 90 %.",
     ),
-    "ranks": Shown(
+    "ranks": FigureInWords(
         "Ranks of each ensemble of the sampler among the draws of all",
         "Ranks of each ensemble of the sampler among the draws of all, by ArviZ: even where the "
         "ensembles have found the same posterior.",
     ),
-    "ess": Shown(
+    "ess": FigureInWords(
         "Effective sample size of the sampler's draws by quantile",
         "Effective sample size of the sampler's draws by quantile, by ArviZ; below the line are too few.",
     ),

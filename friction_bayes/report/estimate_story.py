@@ -63,9 +63,9 @@ def estimate_story(result: Mapping[str, Any], notes: int | None = None) -> list[
     rows.append(("amplitudes", str(result["amplitudes"])))
     if result["reference"] is not None:
         rows.append(("emcee", _reference(result["reference"])))
-    told = result["notes"] if notes is None else result["notes"][:notes]
-    rows += [("note", text) for text in told]
-    left = len(result["notes"]) - len(told)
+    listed_notes = result["notes"] if notes is None else result["notes"][:notes]
+    rows += [("note", text) for text in listed_notes]
+    left = len(result["notes"]) - len(listed_notes)
     return rows + ([("note", f"{left} more by --verbose, and on the page that --out makes")] if left else [])
 
 

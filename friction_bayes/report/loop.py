@@ -9,7 +9,7 @@ from typing import Any
 from friction_bayes.core.text import interval90, number, of_friction, set_words, words
 from friction_bayes.loop.report.verdict import UNEXPLAINED
 from friction_bayes.mechanics.effects import EFFECTS
-from friction_bayes.report.page import Shown, render_page, reproduction
+from friction_bayes.report.page import FigureInWords, render_page, reproduction
 from friction_bayes.report.residual_tests import meaning, shown_tests
 from friction_bayes.report.story import (
     friction_agreed,
@@ -27,48 +27,48 @@ __all__ = ["loop_page"]
 
 _MOST_CANDIDATES = 12
 _FIGURES = {
-    "signal": Shown(
+    "signal": FigureInWords(
         "The record over time with the Coulomb model alone and with the final model",
         "The record with the Coulomb model alone (before) and the final model (after); below, the "
         "shaded parts enlarged.",
     ),
-    "residual": Shown(
+    "residual": FigureInWords(
         "Residual before and after, against time, phase and amplitude",
         "Residual before and after, each on its own scale, against time, phase and amplitude. What "
         "follows the motion is a missing effect; noise does not.",
     ),
-    "turning_points": Shown(
+    "turning_points": FigureInWords(
         "Amplitude at the turning points, and its loss in each half cycle",
         "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
         "friction, a straight line for viscous damping, a parabola for drag.",
     ),
-    "forecast": Shown(
+    "forecast": FigureInWords(
         "The last 30 % of the record and its forecast by both models",
         "The last 30 % of the moving record, forecast by both models fitted to the part before, with "
         "the predictive 90 % band of the final one; below, what is measured less what is forecast.",
     ),
-    "fluctuation": Shown(
+    "fluctuation": FigureInWords(
         "The force that the law does not explain, over time and against the motion",
         "The force that the law does not explain, with its 90 % band: over time, and against "
         "velocity, position and amplitude with means in bins (bars: two standard errors). A random force "
         "follows none of them; a line that stays away from zero by more than its bars is an effect that the "
         "catalogue lacks, and the shape of it.",
     ),
-    "force": Shown(
+    "force": FigureInWords(
         "The measured friction force and that of both models over time",
         "The measured friction force, and that of both models.",
     ),
 }
 """Figures of a record, in the order of the page."""
 _FOLDED = ("turning_points", "forecast", "fluctuation", "force")
-_BETWEEN = Shown(
+_BETWEEN = FigureInWords(
     "Friction of each record with its 90 % interval",
     "Friction of each record with its 90 % interval, the mean, and the spread between records where there is "
     "one.",
 )
 
 
-def _compared(report: Mapping[str, Any], records: int) -> Shown:
+def _compared(report: Mapping[str, Any], records: int) -> FigureInWords:
     """The figure of the candidates in words."""
     caption = "Every set of effects that was compared on the same data, with its posterior probability."
     if report["verdict"] == UNEXPLAINED:
@@ -77,10 +77,10 @@ def _compared(report: Mapping[str, Any], records: int) -> Shown:
             "a bar is its share among them, not a probability that it acts."
         )
     best = set_words(report["candidates"][0]["effects"])
-    return Shown(f"Bars of the candidates; the longest is {best}", caption)
+    return FigureInWords(f"Bars of the candidates; the longest is {best}", caption)
 
 
-def _intervals(report: Mapping[str, Any], records: int) -> Shown:
+def _intervals(report: Mapping[str, Any], records: int) -> FigureInWords:
     """The figure of friction in words."""
     what = the_records(records)
     after = f"averaged over the candidates, so that the interval includes what {what} cannot decide."
@@ -89,7 +89,7 @@ def _intervals(report: Mapping[str, Any], records: int) -> Shown:
             f"averaged over the candidates, and as wide as what is left of {what} could shift it, as none "
             "explains it."
         )
-    return Shown(
+    return FigureInWords(
         "Friction before and after with 90 % intervals", f"Friction with 90 % intervals. After: {after}"
     )
 

@@ -12,31 +12,31 @@ from friction_bayes.report.monitor_story import (
     fleet_title,
     monitor_rows,
     monitor_story,
-    next_step,
+    next_monitoring,
 )
-from friction_bayes.report.page import Shown, render_page, reproduction
+from friction_bayes.report.page import FigureInWords, render_page, reproduction
 
 __all__ = ["fleet_page", "monitor_page"]
 
 _FIGURES = {
-    "detection_points": Shown(
+    "detection_points": FigureInWords(
         "Posteriors of friction at the detection points, and where wear leads from the last",
         "Friction at the detection points, each posterior standing on its time, and where "
         "the laws of wear lead from the last.",
     ),
-    "tracking": Shown(
+    "tracking": FigureInWords(
         "Friction by each record alone and by the posterior carried from point to point",
         "The estimate of each record alone, and the posterior that becomes the prior of the next "
         "point, with forgetting and without.",
     ),
-    "remaining_life": Shown(
+    "remaining_life": FigureInWords(
         "Density of the remaining life and the probability to have reached the threshold",
         "The remaining life, averaged over the laws of wear: density, and probability to have "
         "reached the threshold by a time.",
     ),
 }
 """Figures of a machine, in the order of the page."""
-_FLEET = Shown(
+_FLEET = FigureInWords(
     "Friction of every machine over time, and the remaining life of the most urgent ones",
     "Friction of every machine over time, and the remaining life of the most urgent ones.",
 )
@@ -77,8 +77,8 @@ def monitor_page(
         sentence=_sentence(result["advisory_generation"]["text"]),
         summary=_tiles(result),
         rests_on=[line for line in story if line[0] in _GROUNDS],
-        next=next_step(result),
-        figures=[(drawings[name], told) for name, told in _FIGURES.items() if name in drawings],
+        next=next_monitoring(result),
+        figures=[(drawings[name], in_words) for name, in_words in _FIGURES.items() if name in drawings],
         rows=monitor_rows(result),
         story=[*(("read", text) for text in read), *story],
         manifest=manifest,

@@ -16,7 +16,7 @@ __all__ = [
     "memory",
     "monitor_rows",
     "monitor_story",
-    "next_step",
+    "next_monitoring",
     "story_of_monitor",
 ]
 
@@ -103,7 +103,7 @@ def story_of_monitor(report: MonitorReport) -> list[tuple[str, str]]:
     return [("friction", with_interval(result["health_assessment"]["friction"])), *monitor_story(result)]
 
 
-def next_step(result: Mapping[str, Any]) -> str:
+def next_monitoring(result: Mapping[str, Any]) -> str:
     """Say what to do next.
 
     Parameters

@@ -10,10 +10,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from friction_bayes.core.text import interval90, listed, number, percent, set_words, words
 
-__all__ = ["Shown", "render_page", "reproduction"]
+__all__ = ["FigureInWords", "render_page", "reproduction"]
 
 
-class Shown(NamedTuple):
+class FigureInWords(NamedTuple):
     """A figure in words.
 
     Attributes

@@ -131,7 +131,7 @@ def _verdict(report: Report, records: int) -> str:
 
 def _doubts(report: Report, what: str) -> str:
     """Say what speaks against the number."""
-    return "; ".join(_AGAINST[fault](report, what) for fault in report["because"])
+    return "; ".join(_AGAINST[reason](report, what) for reason in report["because"])
 
 
 def _left_over(report: Report, what: str) -> str:
@@ -359,8 +359,8 @@ def shown_parameters(effect: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
 
     Terms beyond those that a series has are zero without an error, and not shown.
     """
-    told = effect["parameters"].items()
-    parameters = {name: value for name, value in told if value["mean"] != 0.0 or value["sd"] != 0.0}
+    every = effect["parameters"].items()
+    parameters = {name: value for name, value in every if value["mean"] != 0.0 or value["sd"] != 0.0}
     zeta = parameters.get("damping_ratio")
     # to first order in the sd; a ratio that is hardly known apart from zero has no Q
     if zeta is not None and zeta["mean"] and zeta["sd"] and zeta["sd"] < _MOST_SPREAD * zeta["mean"]:
@@ -387,16 +387,16 @@ def _line(line: Mapping[str, Any]) -> str:
     return f"{_with_sd(frequency)}{dies_out}, amplitude {_with_sd(amplitude)}"
 
 
-def _with_sd(told: Mapping[str, Any]) -> str:
-    unit = "" if told["unit"] == "1" else f" {told['unit']}"
-    spread = f" ± {number(told['sd'], 2)}" if told["sd"] else ""
-    return f"{number(told['mean'])}{spread}{unit}"
+def _with_sd(summary: Mapping[str, Any]) -> str:
+    unit = "" if summary["unit"] == "1" else f" {summary['unit']}"
+    spread = f" ± {number(summary['sd'], 2)}" if summary["sd"] else ""
+    return f"{number(summary['mean'])}{spread}{unit}"
 
 
 def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str]:
     """A text of each effect: its probability, unless the record is unexplained, and its parameters.
 
-    What is several lines in the spectrum has a text of each besides.
+    What is several lines in the spectrum has a text of each too.
     """
     lines = []
     for effect in effects:
@@ -509,18 +509,18 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
 def _sensitivity(shifts: Mapping[str, float | None]) -> str:
     """How far friction hangs on how large effects were taken to be beforehand."""
     widths = {"narrow": shifts["0.1"], "wide": shifts["10"]}
-    told = [
+    moves = [
         f"{number(shift, 2)} sd were they ten times as {width}"
         for width, shift in widths.items()
         if shift is not None
     ]
     unknown = " or as ".join(width for width, shift in widths.items() if shift is None)
-    if not told:
+    if not moves:
         return (
             "how far friction moves with priors of effects ten times as "
             f"{unknown} cannot be computed from these draws"
         )
-    text = f"friction would move by {' and by '.join(told)} (the priors of effects)"
+    text = f"friction would move by {' and by '.join(moves)} (the priors of effects)"
     return f"{text}; ten times as {unknown}: cannot be computed from these draws" if unknown else text
 
 

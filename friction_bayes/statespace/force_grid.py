@@ -28,9 +28,8 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.positive_orthant import cut_moments
 from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.subset_evidence import SetEvidences
 
-__all__ = ["Posterior", "integrate", "valleys"]
+__all__ = ["Posterior", "integrate_force", "valleys"]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its modes are sought."""
@@ -181,7 +180,7 @@ class Posterior:
         return stats.lognorm(max(sd, 1e-9), scale=math.exp(mean))
 
 
-def integrate(
+def integrate_force(
     problem: Problem,
     prior: ForcePrior,
     *,
@@ -224,23 +223,20 @@ def integrate(
 
 
 class _Density:
-    """Log posterior of ``(u, log tau)``, remembered; ``q`` follows from the noise found there."""
+    """Log posterior of ``(u, log tau)``, and its values so far; ``q`` follows from the noise found there."""
 
     def __init__(self, problem: Problem, prior: ForcePrior) -> None:
         self.problem, self.prior = problem, prior
-        self.known: dict[tuple[float, ...], tuple[float, float, SetEvidences]] = {}
+        self.known: dict[tuple[float, ...], float] = {}
 
     def __call__(self, place: Array) -> float:
-        ratio, tau = self.force(place)
-        if not self.prior.tau_low <= tau <= self.prior.tau_high:
+        if not self.prior.tau_low <= self.force(place)[1] <= self.prior.tau_high:
             return -_OUTSIDE
         key = tuple(place)
         if key not in self.known:
-            found = self.problem.evaluate(ratio, tau)
-            noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
-            log_prior = self.prior.log_density(ratio * noise, tau)
-            self.known[key] = found.log_total + log_prior, log_prior, found
-        return self.known[key][0]
+            point = self.point(place, 0.0)
+            self.known[key] = point.found.log_total + point.log_volume
+        return self.known[key]
 
     def place(self, force: GridPoint) -> Array:
         """Place of a force, its correlation time moved within the bounds of the prior."""
@@ -252,9 +248,11 @@ class _Density:
         return math.exp(place[0]) / at_resonance(tau), tau
 
     def point(self, place: Array, log_cell: float) -> GridPoint:
-        """Grid point of a place where the density has been evaluated."""
+        """Grid point of a place: the problem remembers what was evaluated there."""
         ratio, tau = self.force(place)
-        _, log_prior, found = self.known[tuple(place)]
+        found = self.problem.evaluate(ratio, tau)
+        noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
+        log_prior = self.prior.log_density(ratio * noise, tau)
         return GridPoint(ratio=ratio, tau=tau, log_volume=log_cell + log_prior, found=found)
 
 
@@ -347,7 +345,7 @@ def _climb(density: _Density, low: float, high: float) -> Array:
 
     def best() -> Array:
         known = density.known
-        return np.array(max(filter(inside, known), key=lambda key: known[key][0]))
+        return np.array(max(filter(inside, known), key=lambda key: known[key]))
 
     start = best()
     minimize(

@@ -644,7 +644,7 @@ def _looked_back(
     read = np.ones(4)
     adjoint, shift = np.zeros((4, p)), np.zeros((4, p))
     information, half = np.zeros((4, 4)), np.zeros((4, 4))
-    told = np.zeros(4)
+    carried = np.zeros(4)
     covariance = np.zeros((n, 4, 4))
     jumps = np.zeros((n, 2))
     for i in range(n - 1, -1, -1):
@@ -662,13 +662,15 @@ def _looked_back(
             for a in range(3):
                 read[a] = rows[i if changes else 0, a]
             for a in range(4):
-                told[a] = 0.0
+                carried[a] = 0.0
                 for b in range(4):
-                    told[a] += information[a, b] * gains[i, b] * scale
-                both += told[a] * gains[i, a] * scale
+                    carried[a] += information[a, b] * gains[i, b] * scale
+                both += carried[a] * gains[i, a] * scale
             for a in range(4):
                 for b in range(4):
-                    information[a, b] += read[a] * read[b] * both - told[a] * read[b] - read[a] * told[b]
+                    information[a, b] += (
+                        read[a] * read[b] * both - carried[a] * read[b] - read[a] * carried[b]
+                    )
             for j in range(p):
                 rest = innovations[i, j]
                 for a in range(4):

@@ -16,7 +16,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whiten
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.subset_evidence import solved
 
 __all__ = ["RIDGE", "LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
@@ -58,7 +58,7 @@ class LawRegression:
         Log prior probabilities of the sets.
     stiffness : int
         The column whose coefficient is the relative correction of the stiffness.
-    motion : Motion
+    motion : SmoothedMotion
         What the columns go along; its force and noise are first guesses.
     least_noise : float
         Least sd of the noise, that of the sensor's rounding, natural units.
@@ -78,7 +78,7 @@ class LawRegression:
     sets: Mask
     log_prior: Array
     stiffness: int
-    motion: Motion
+    motion: SmoothedMotion
     least_noise: float = 0.0
     near: Array | None = None
 
@@ -134,6 +134,10 @@ class LawRegression:
             stiffness=int(np.searchsorted(mine, self.stiffness)),
         )
 
+    def products(self, columns: Array, force: GridPoint) -> Array:
+        """Whitened products of other columns, shape (n, k), under a random force, shape (k, k)."""
+        return whiten(columns, self.clock, self.row, force.ratio, force.tau).gram
+
     def residual(self, law: Array) -> Array:
         """The record less a law, shape (n,)."""
         return np.asarray(self.target - self.columns @ law)
@@ -173,13 +177,13 @@ class LawRegression:
         kept = np.where(used, np.maximum(1.0 - known / own, _LEAST_KEPT), 1.0)
         return error / kept, np.where(used, own / kept, own + known)
 
-    def smoothed(self, law: Array, force: GridPoint) -> Motion:
+    def smoothed(self, law: Array, force: GridPoint) -> SmoothedMotion:
         """The motion under a law and a random force."""
         residual = self.residual(law)[:, None]
         fluctuation, covariance = smooth(residual, self.clock, self.row, force.ratio, force.tau)
         states = fluctuation[:, :3, 0].copy()
         states[:, :2] += self.states @ law + self.known_states
-        return Motion(
+        return SmoothedMotion(
             states=states,
             covariance=covariance[:, :3, :3] * force.noise**2,
             noise=force.noise,

@@ -17,9 +17,9 @@ from friction_bayes.statespace.kalman import Clock, Whitened, smooth, whiten
 from friction_bayes.statespace.response import at_sensor
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["LEAST_NOISE", "Motion", "first_motion"]
+__all__ = ["MOTION_KNOWN_TO", "SmoothedMotion", "first_motion"]
 
-LEAST_NOISE = 1e-5
+MOTION_KNOWN_TO = 1e-5
 """Noise over amplitude below which the smoothed motion is not exact enough for residuals."""
 
 _LOG_LIMITS = (-12.0, 16.0)
@@ -27,7 +27,7 @@ _LOG_LIMITS = (-12.0, 16.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
+class SmoothedMotion:
     """A smoothed motion in natural units.
 
     Attributes
@@ -53,7 +53,7 @@ class Motion:
         """Standard deviation of the velocity, shape (n,)."""
         return np.asarray(np.sqrt(self.covariance[:, 1, 1]))
 
-    def at_frequency(self, change: float) -> Motion:
+    def at_frequency(self, change: float) -> SmoothedMotion:
         """Velocities in natural units of a reference frequency ``change`` times as high.
 
         Displacements have no unit of time: those of a law with corrected stiffness are right for a sensor of
@@ -67,7 +67,7 @@ class Motion:
         return replace(other, states=0.5 * (self.states + other.states))
 
 
-def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
+def first_motion(signal: Array, clock: Clock, row: Array) -> SmoothedMotion:
     """Smoothed motion of a signal.
 
     Parameters
@@ -110,7 +110,7 @@ def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
     law, rest = _least_squares(whitened.gram)
     noise = max(
         float(np.sqrt(max(rest, 0.0) / max(whitened.used - law.size, 1))),
-        LEAST_NOISE * float(np.max(np.abs(signal))),
+        MOTION_KNOWN_TO * float(np.max(np.abs(signal))),
     )
     fluctuation, covariance = smooth((signal - columns @ law)[:, None], clock, row, ratio, tau)
     states = fluctuation[:, :3, 0].copy()
@@ -119,7 +119,7 @@ def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
         # a displacement about another rest position is held there by a constant force
         states[:, 0] += law[2]
         states[:, 2] += law[2]
-    return Motion(
+    return SmoothedMotion(
         states=states,
         covariance=covariance[:, :3, :3] * noise**2,
         noise=noise,

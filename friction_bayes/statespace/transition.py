@@ -199,7 +199,7 @@ def distinct_steps(
     unit = _SAME_STEP * float(np.median(steps))
     bent, bend = np.unique(np.ones(1) if stiffness is None else stiffness, return_inverse=True)
     jumps, jumping = np.unique(np.zeros(1) if jump is None else jump, return_inverse=True)
-    beside = bend * jumps.size + jumping
-    kinds, index = np.unique(np.round(steps / unit) * (bent.size * jumps.size) + beside, return_inverse=True)
+    kind = bend * jumps.size + jumping
+    kinds, index = np.unique(np.round(steps / unit) * (bent.size * jumps.size) + kind, return_inverse=True)
     bend, jumping = np.divmod(np.mod(kinds, bent.size * jumps.size).astype(np.intp), jumps.size)
     return np.bincount(index, weights=steps) / np.bincount(index), bent[bend], jumps[jumping], index

@@ -20,7 +20,7 @@ from friction_bayes.validation.mixing import Mixing, as_ensembles, bulk_ess, mix
 __all__ = ["Agreement", "Check", "compare"]
 
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 _SHARES = {"mean": 0.4, "sd": 0.3, "quantiles": 0.2, "distribution": 0.1}
 """How the false-alarm rate is split (Bonferroni, weighted): most goes to what an error would move first."""
@@ -152,7 +152,7 @@ def compare(
     draws: ArrayLike,
     *,
     ess: float | None = None,
-    quantiles: Sequence[float] = QUANTILES,
+    quantiles: Sequence[float] = _QUANTILES,
     false_alarm_rate: float = 0.01,
     minimum_ess: float = 1000.0,
 ) -> Agreement:

@@ -40,7 +40,7 @@ RANK = {folder: rank for rank, layer in enumerate(LAYERS) for folder in layer}
 TOP_LEVEL = {"__init__.py", "__main__.py", "testing.py", "py.typed"}
 # Public or started from outside: they may import anything, and nobody need import them.
 ABOVE = ("", "__main__", "testing")
-# What stands beside the package and uses it; each counts as one module.
+# What stands next to the package and uses it; each counts as one module.
 BESIDE = ("experiments", "paper_figures", "benchmarks")
 
 # What every folder may import, and the folders that may import what is not for everybody.
@@ -75,7 +75,7 @@ ROOMS: dict[str, set[str]] = {
 AT_HOME = {
     "monitor.fleet_report": "what monitoring says of a fleet, computed below the command that shows it",
     "records.fleet": "records of a fleet",
-    "records.force": "recorded beside a record",
+    "records.force": "recorded next to a record",
     "report.loop": "a page",
     "report.monitor": "a page",
 }
@@ -235,7 +235,7 @@ FILES = {path.relative_to(PACKAGE).as_posix(): path.read_text() for path in sort
 
 @cache
 def house() -> dict[str, Module]:
-    """Modules of the package, and each folder beside it as one."""
+    """Modules of the package, and each folder next to it as one."""
     modules = read_tree(FILES)
     for beside in BESIDE:
         together = "\n".join(path.read_text() for path in sorted((ROOT / beside).rglob("*.py")))

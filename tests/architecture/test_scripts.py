@@ -1,4 +1,4 @@
-"""What stands beside the package: experiments feed figures and benchmarks, and take nothing back."""
+"""What stands next to the package: experiments feed figures and benchmarks, and take nothing back."""
 
 from __future__ import annotations
 

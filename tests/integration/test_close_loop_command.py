@@ -160,8 +160,8 @@ def everything_in(path: Path) -> dict[str, Any]:
     def look(name: str, item: Any) -> None:
         values = (item.dtype, item[...]) if isinstance(item, h5py.Dataset) else None
         references = ("DIMENSION_LIST", "REFERENCE_LIST")
-        told = {key: None if key in references else value for key, value in item.attrs.items()}
-        found[f"/{name}"] = (values, told)
+        reported = {key: None if key in references else value for key, value in item.attrs.items()}
+        found[f"/{name}"] = (values, reported)
 
     with h5py.File(path) as file:
         look("", file)
@@ -341,7 +341,7 @@ def test_bad_reference_force(
 
 
 @pytest.mark.usefixtures("without_loop_figures")
-def test_a_hand_at_the_release_is_cut_and_told(
+def test_a_hand_at_the_release_is_cut_and_reported(
     write_csv: Callable[..., Path],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

@@ -25,8 +25,8 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture
 def scheduler(tmp_path: Path) -> Iterator[str]:
     """Address of a scheduler of this computer, with two workers that nobody starts again."""
-    told = tmp_path / "scheduler.json"
-    where = ("--scheduler-file", str(told))
+    reported = tmp_path / "scheduler.json"
+    where = ("--scheduler-file", str(reported))
     dask = (sys.executable, "-m", "dask")
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     commands = (
@@ -36,10 +36,10 @@ def scheduler(tmp_path: Path) -> Iterator[str]:
     quiet: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     started = [subprocess.Popen(each, env=environment, cwd=tmp_path, **quiet) for each in commands]
     try:
-        while not told.exists():
+        while not reported.exists():
             assert started[0].poll() is None
             time.sleep(0.1)
-        yield json.loads(told.read_text())["address"]
+        yield json.loads(reported.read_text())["address"]
     finally:
         for each in started:
             each.kill()

@@ -38,8 +38,8 @@ def test_methods_on_the_same_records(tmp_path: Path) -> None:
     found = run(method_comparison, tmp_path, **TINY)
     assert found["method"].values.tolist() == list(LABELS)
     assert found["question"].values.tolist() == [*("noise", "effect", "effect")]
-    told = found.drop_sel(method=["emcee", "gamma-exponential"])
-    assert np.isfinite(told["error"]).all()
+    reported = found.drop_sel(method=["emcee", "gamma-exponential"])
+    assert np.isfinite(reported["error"]).all()
     assert np.isnan(found["error"].sel({"method": "emcee"})).all()
     quiet = found["rms_error"].sel(condition="noise: 0.1 mm")
     # the whole signal of 8 s at 0.1 mm: Cramer-Rao bound 0.2 %; the line and the decrement are biased

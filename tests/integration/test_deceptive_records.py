@@ -67,8 +67,10 @@ def test_one_wild_sample_is_named_and_set_aside(
     wild = plain.copy()
     wild[311] = value
     found = run("estimate", wild, TIME, "--method", method)
-    told = found["notes"][-1]
-    assert f"1 sample leaps out of the motion, the first to {value:g} m at sample 312 (t = 3.11 s)" in told
+    reported = found["notes"][-1]
+    assert (
+        f"1 sample leaps out of the motion, the first to {value:g} m at sample 312 (t = 3.11 s)" in reported
+    )
     assert found["friction"]["mean"] == pytest.approx(usual["friction"]["mean"], abs=usual["friction"]["sd"])
     assert found["friction"]["sd"] == pytest.approx(usual["friction"]["sd"], rel=0.1)
 
@@ -132,9 +134,9 @@ def test_what_is_not_one_mode_is_refused(
     noisy = signal + rng.normal(0.0, NOISE_SD, TIME.size)
     for command in ("estimate", "close-loop"):
         line = run(command, noisy)
-        told = re.search(r"oscillations at (\S+) and (\S+) rad/s, the second \d+% as strong", line)
-        assert told, line
-        assert [float(found) for found in told.groups()] == pytest.approx(frequencies, rel=0.03)
+        reported = re.search(r"oscillations at (\S+) and (\S+) rad/s, the second \d+% as strong", line)
+        assert reported, line
+        assert [float(found) for found in reported.groups()] == pytest.approx(frequencies, rel=0.03)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +158,7 @@ def test_what_does_not_decay_is_refused(
         assert "no loss of amplitude shows: the motion is steady or grows, as if driven" in line
 
 
-def test_a_weaker_mode_is_told(run: Callable[..., Any], plain: Array) -> None:
+def test_a_weaker_mode_is_reported(run: Callable[..., Any], plain: Array) -> None:
     found = run("estimate", plain + 0.002 * np.cos(23.0 * TIME))
     assert any("another oscillation at 23" in note for note in found["notes"])
     assert covers(found["friction"], FRICTION)

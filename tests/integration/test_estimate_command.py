@@ -114,7 +114,7 @@ def test_the_papers_prior(csv: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert estimate.friction.mean() == result["friction"]["mean"]
 
 
-def test_wrong_mass_is_told(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_mass_is_reported(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result = run_json(capsys, "estimate", str(csv), "--mass", "13", "--stiffness", "1000")
     (text,) = [text for text in result["notes"] if "swings at" in text]
     # r = k d = 0.5 N; m w^2 d = 13 * 100 * 5e-4 = 0.65 N

@@ -172,8 +172,8 @@ def test_sources_edited_while_a_run_goes_on_leave_no_result(
     with pytest.raises(SystemExit):
         all_of_them.main(["--workers", "1", "--results", str(folder)])
     # the second would have run what was loaded before the edit, under the digest of what came after it
-    told = capsys.readouterr().err
-    assert all(f"the sources of {name}: changed while the program ran" in told for name in known)
+    reported = capsys.readouterr().err
+    assert all(f"the sources of {name}: changed while the program ran" in reported for name in known)
     assert not list(folder.rglob("*.*"))
 
 
@@ -204,9 +204,9 @@ def test_a_run_without_its_data_is_not_kept(
     with pytest.raises(SystemExit) as stopped:
         all_of_them.main(["--workers", "1", "--results", str(tmp_path)])
     assert stopped.value.code == 2
-    told = capsys.readouterr()
-    assert "noise_sweep: not run. dataset:made-up: cannot download" in told.err
-    assert "time of each experiment" in told.out
+    reported = capsys.readouterr()
+    assert "noise_sweep: not run. dataset:made-up: cannot download" in reported.err
+    assert "time of each experiment" in reported.out
     assert sorted(tmp_path.glob("*.nc")) == [tmp_path / "reduced_data_set.nc"]
     all_of_them.main(["paper", "--workers", "1", "--results", str(tmp_path)])
     assert "kept" in capsys.readouterr().out
@@ -225,10 +225,10 @@ def test_all_keep_what_is_finished_and_end_in_one_table(
     assert "all experiments beside the paper" in capsys.readouterr().out
     written = (tmp_path / "results" / "noise_sweep.nc").stat().st_mtime_ns
     all_of_them.main([*options, "--docs", str(page.parent)])
-    told = capsys.readouterr()
-    assert told.err.count("kept") == 2
-    assert "0.0706 N" in told.out
-    assert "0.1643 N" in told.out
+    reported = capsys.readouterr()
+    assert reported.err.count("kept") == 2
+    assert "0.0706 N" in reported.out
+    assert "0.1643 N" in reported.out
     assert (tmp_path / "results" / "noise_sweep.nc").stat().st_mtime_ns == written
     text = page.read_text()
     assert text.startswith("before\n")

@@ -35,7 +35,7 @@ def record(quantity: str, rate: float, *lost: float) -> xr.DataArray:
     ("quantity", "rate"),
     [("displacement", 100.0), ("velocity", 2000.0), ("acceleration", 100.0), ("acceleration", 2000.0)],
 )
-def test_gaps_cost_what_the_samples_would_have_told(quantity: str, rate: float) -> None:
+def test_gaps_cost_what_the_samples_would_have_shown(quantity: str, rate: float) -> None:
     """At 2000 Hz values are means of six samples, some of them from both sides of a gap."""
     whole, lacking = record(quantity, rate), record(quantity, rate, 1.571, 3.333, 7.0, 11.1)
     before, after = (fb.estimate(each, SYSTEM).friction for each in (whole, lacking))

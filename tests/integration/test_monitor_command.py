@@ -15,7 +15,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import short_decay
 from friction_bayes.cli.program import main
-from friction_bayes.report.monitor_story import memory, monitor_story, next_step
+from friction_bayes.report.monitor_story import memory, monitor_story, next_monitoring
 from refusals import refused
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
@@ -114,7 +114,7 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
         "threshold_passed": "Stop the machine",
         "not_approaching": "Go on recording",
     }.items():
-        assert words in next_step({**result, "advisory_generation": {"case": case}})
+        assert words in next_monitoring({**result, "advisory_generation": {"case": case}})
     assert page.count("<img ") == page.count('src="data:image/svg+xml;base64,') == 3
     assert "<script" not in page
     assert all(f"<td>T{i}</td><td>{Path(run).name}</td>" in page for i, run in enumerate(runs, start=1))
@@ -163,7 +163,7 @@ def test_without_threshold_and_times(
         (0.8, "20% of what was known from point to point: about 5 points"),
     ],
 )
-def test_memory_is_told_in_points(discount: float, said: str) -> None:
+def test_memory_is_reported_in_points(discount: float, said: str) -> None:
     assert said in memory({"discount": discount, "log_predictive": 3.0}, {"log_predictive": 1.0})
 
 

@@ -71,17 +71,17 @@ def test_simulated_default_comes_to_rest(tmp_path: Path, capsys: pytest.CaptureF
         ("close-loop x.csv --exclude friction_d", ["friction_drift"]),
     ],
 )
-def test_a_shell_is_told_how_a_line_goes_on(
+def test_a_shell_is_given_how_a_line_goes_on(
     line: str, completed: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["completion", "bash"]) == 0
     assert "complete " in capsys.readouterr().out
     line = f"friction-bayes {line}"
     asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
-    told = tmp_path / "told"
-    asked["_ARGCOMPLETE_STDOUT_FILENAME"] = str(told)
+    reported = tmp_path / "reported"
+    asked["_ARGCOMPLETE_STDOUT_FILENAME"] = str(reported)
     subprocess.run([sys.executable, "-m", "friction_bayes"], env=os.environ | asked, check=True)
-    assert told.read_text().split() == completed
+    assert reported.read_text().split() == completed
 
 
 def test_datasets_list(capsys: pytest.CaptureFixture[str]) -> None:

@@ -122,7 +122,7 @@ def check_comparison(results: Path) -> list[dict[str, Any]]:
             assert ours["low"] <= ours["median"] <= ours["high"]
             assert (ours["verdict"] is None) == (row["kind"] != "result")
     own = [row for row in rows if row["kind"] == "result" and not row["restates"]]
-    # what is read off picked peaks is judged by the same reading throughout, and has the other beside it
+    # what is read off picked peaks is judged by the same reading throughout, and has the other next to it
     assert sum(CHOSEN in row["ours"] and OTHER in row["ours"] for row in own) == len(own) == 15
     for reading in (CHOSEN, OTHER):
         assert sum(counted(rows, reading).values()) == len(own)
@@ -140,11 +140,11 @@ def check_comparison(results: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def check_article(told: str, rows: list[dict[str, Any]]) -> None:
+def check_article(reported: str, rows: list[dict[str, Any]]) -> None:
     """Every number is filled in, and counts are those of the comparison."""
-    assert "{" not in told
-    assert "nan" not in told
-    assert f"{counted(rows, CHOSEN)['in']} of them lie in our band" in told
+    assert "{" not in reported
+    assert "nan" not in reported
+    assert f"{counted(rows, CHOSEN)['in']} of them lie in our band" in reported
 
 
 def check_figures(results: Path, out: Path) -> None:

@@ -205,7 +205,7 @@ def test_a_unit_that_is_not_known_is_asked_for(
 
 
 @pytest.mark.parametrize(
-    ("told", "per_metre"),
+    ("stated", "per_metre"),
     [
         (("--unit", "mV/mm", "--scale", "250"), 250e3),
         (("--unit", "counts/mm", "--scale", "-80"), -80e3),
@@ -213,7 +213,7 @@ def test_a_unit_that_is_not_known_is_asked_for(
     ],
 )
 def test_a_scale_with_its_unit(
-    told: tuple[str, ...],
+    stated: tuple[str, ...],
     per_metre: float,
     decay: Decay,
     write: Callable[..., str],
@@ -221,7 +221,7 @@ def test_a_scale_with_its_unit(
 ) -> None:
     time, signal = decay()
     path = write(["t,y", *rows_of(time, per_metre * signal)])
-    assert friction(path, *LINEAR, "--quantity", "displacement", *told) == pytest.approx(FRICTION, rel=0.02)
+    assert friction(path, *LINEAR, "--quantity", "displacement", *stated) == pytest.approx(FRICTION, rel=0.02)
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.name)
@@ -229,7 +229,7 @@ def test_each_kind_of_file_is_read_or_refused_in_words(
     kind: Kind, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     kind.write(tmp_path / kind.name)
-    argv = ["estimate", str(tmp_path / kind.name), *kind.system, *kind.told, "--method", "envelope"]
+    argv = ["estimate", str(tmp_path / kind.name), *kind.system, *kind.stated, "--method", "envelope"]
     status = main(argv)
     shown = capsys.readouterr()
     if kind.read:
@@ -331,13 +331,13 @@ def test_several_channels_are_listed(
 def test_a_column_of_milliseconds_is_asked_about(
     decay: Decay, write: Callable[..., str], refused: Callable[..., str]
 ) -> None:
-    told = ("--time-column", "0", "--signal-column", "1", "--quantity", "displacement", "--unit", "um")
-    line = refused("estimate", write(arduino(*decay())), *LINEAR, *told)
+    reported = ("--time-column", "0", "--signal-column", "1", "--quantity", "displacement", "--unit", "um")
+    line = refused("estimate", write(arduino(*decay())), *LINEAR, *reported)
     assert "0.0628 samples a period of the declared 10 rad/s, 62.83 with the times in ms: time in ms?" in line
 
 
 @pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])
-def test_what_is_not_told_from_the_table_is_skipped(
+def test_what_is_not_reported_from_the_table_is_skipped(
     command: str, tmp_path: Path, decay: Decay, write: Callable[..., str], refused: Callable[..., str]
 ) -> None:
     lines = ["1,2", "3,4", "time_s,displacement_m", *rows_of(*decay()), "the end"]

@@ -65,7 +65,7 @@ def numbers_of(out: Path) -> dict[str, bytes]:
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_figures: None) -> Callable[..., int]:
-    """Run a command on ``fleet.zarr``; return how many parts were done, stopping after some when told."""
+    """Run a command on ``fleet.zarr``; return how many parts were done, stopping after some if requested."""
     # a part is then a chunk of the store
     monkeypatch.setattr(fleet, "_BLOCK_BYTES", 1)
     write_fleet(tmp_path / "fleet.zarr")

@@ -192,9 +192,9 @@ def using(observations: int, seed: int, *, likelihood: bool, replications: int =
 @pytest.mark.parametrize("observations", [0, 1, 3])
 def test_data_that_are_not_used_show_in_the_likelihood(observations: int, seed: int) -> None:
     using(observations, seed, likelihood=False)
-    with pytest.raises(AssertionError, match="of parameter 1") as told:
+    with pytest.raises(AssertionError, match="of parameter 1") as reported:
         using(observations, seed, likelihood=True)
-    assert "of parameter 0" not in str(told.value)
+    assert "of parameter 0" not in str(reported.value)
 
 
 def test_false_alarms_with_the_likelihood_are_as_stated(seed: int) -> None:

@@ -1,9 +1,9 @@
-"""Pendulums that swing far, in noise alone: no random force is told, and friction's interval covers.
+"""Pendulums that swing far, in noise alone: no random force is reported, and friction's interval covers.
 
-While the likelihood of a force took the pendulum for an oscillator beside its measured path, it told one
-of most such records (median probability 0.93), and the interval was eight times as wide; while it left the
-angular acceleration its slope of one, it told one of 23 in 32. By chance each assertion fails in less than
-one run of 10,000.
+While the likelihood of a force took the pendulum for an oscillator about its measured path, it reported
+one of most such records (median probability 0.93), and the interval was eight times as wide; while it left
+the angular acceleration its slope of one, it reported one of 23 in 32. By chance each assertion fails in
+less than one run of 10,000.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ def far_swing(rng: np.random.Generator, order: int) -> tuple[fb.Estimate, float]
 
 @pytest.mark.parametrize("order", range(3))
 def test_noise_of_far_swings_is_no_force_and_intervals_cover(order: int, rng: np.random.Generator) -> None:
-    told, covered = 0, 0
+    reported, covered = 0, 0
     for _ in range(RECORDS):
         found, friction = far_swing(rng, order)
-        told += found.to_dict()["random_force"]["probability"] > 0.5
+        reported += found.to_dict()["random_force"]["probability"] > 0.5
         low, high = found.to_dict()["friction"]["interval90"]
         covered += low <= friction <= high
     # even odds are exceeded without a force in at most a tenth of the records, its prior probability
-    assert told <= binom.isf(RARE, RECORDS, 0.1)
+    assert reported <= binom.isf(RARE, RECORDS, 0.1)
     assert covered >= binom.ppf(RARE, RECORDS, 0.9)

@@ -1,4 +1,4 @@
-"""A strong line of interference is named, and nothing beside it.
+"""A strong line of interference is named, and nothing next to it.
 
 Of twelve records with a hum of 20 times the noise none named another effect with more than 10 %; while errors
 that neighbours share kept a law out of the mixture, five of twelve named timing jitter. Its prior odds are

@@ -12,7 +12,7 @@ from scipy import stats
 from decays import SYSTEM, long_decay
 from friction_bayes.loop.checks.noise_tests import tests_before as residual_tests
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.coulomb_fit import CoulombFit, coulomb_model
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
 from friction_bayes.loop.settings import SETTINGS
 
 RECORDS = 120
@@ -21,7 +21,7 @@ RECORDS = 120
 def fitted(seed: int, **settings: Any) -> CoulombFit:
     """A Coulomb fit to a decay of twelve periods."""
     record = long_decay(initial_displacement=0.04, duration=7.5, seed=seed, **settings)
-    return coulomb_model(SYSTEM, cut_records([record], SYSTEM))
+    return fit_coulomb(SYSTEM, cut_records([record], SYSTEM))
 
 
 def test_noise_fails_no_more_often_than_stated(seed: int) -> None:

@@ -84,10 +84,10 @@ def verdicts(rows: tuple[str, ...], seed: int) -> list[Verdict]:
 
 @pytest.mark.parametrize("group", GROUPS)
 def test_the_default_answers_right_or_refuses(group: str, seed: int) -> None:
-    told = verdicts(GROUPS[group], seed)
-    found = [each for each in told if not each.refused]
+    reported = verdicts(GROUPS[group], seed)
+    found = [each for each in reported if not each.refused]
     if group in ("clean", "low pass", "fluctuating"):
-        assert len(told) - len(found) <= 1
+        assert len(reported) - len(found) <= 1
     missed, off = sum(not each.covers for each in found), sum(each.off for each in found)
     assert missed <= stats.binom.isf(ONCE, len(found), MISSED)
     assert off <= stats.binom.isf(ONCE, len(found), OFF)

@@ -165,8 +165,8 @@ def test_rank_correlation_depends_on_the_grid(name: str) -> None:
         "every number of samples": list(range(2, 52)),
         "15 numbers spaced logarithmically": [2, 3, 4, 5, 7, 9, 12, 15, 19, 24, 29, 34, 39, 44, 51],
     }
-    for told, used in grids.items():
-        near_median(rank_correlation(used, samples(21.59)[name]), cell(row + told))
+    for reported, used in grids.items():
+        near_median(rank_correlation(used, samples(21.59)[name]), cell(row + reported))
 
 
 def test_gamma_exponential_finds_a_rate() -> None:

@@ -92,7 +92,7 @@ def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -
     pair in nineteen at most where they do not differ; four and more of twelve are then one in 300.
     """
     force = {"random_force.sd": share * MEAN, "random_force.correlation_time": 0.1} if share else {}
-    told = 0
+    reported = 0
     for pair in range(12):
         records = [
             slow_decay(
@@ -106,5 +106,5 @@ def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -
             for k in range(2)
         ]
         fit = fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
-        told += bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() >= SETTINGS.credible_mass)
-    assert told <= 3
+        reported += bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() >= SETTINGS.credible_mass)
+    assert reported <= 3

@@ -1,4 +1,4 @@
-"""Friction beside a viscous damping that a record cannot show.
+"""Friction next to a viscous damping that a record cannot show.
 
 The damping ratio is 1.3 standard deviations of what the record tells of it. An interval that covers in 87 %
 holds friction in fewer than nine of fourteen records with a probability of 0.6 %.

@@ -167,12 +167,12 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         from friction_bayes.cli.tables.estimate import estimate_table, records_table
 
-        told = (
+        table = (
             records_table(results, headings)
             if len(results) > 1
             else estimate_table(results[0], headings[0], notes=None if arguments.verbose else _NOTES)
         )
-        output_console().print(told)
+        output_console().print(table)
     if arguments.out is not None:
         note(f"results and figures are in {arguments.out}")
 
@@ -199,11 +199,11 @@ def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[
     loaded = of_each(lambda source: _loaded(source, arguments), arguments.records)
     records = [record for records in loaded for record in records]
     several = len(records) > 1
-    told = of_each(
+    each = of_each(
         lambda each: _estimate(each[1], arguments, folder, f"_{each[0]}" if several else ""),
         enumerate(records, start=1),
     )
-    return tuple(zip(*told, strict=True))
+    return tuple(zip(*each, strict=True))
 
 
 def _loaded(source: str, arguments: argparse.Namespace) -> list[_Record]:
@@ -221,7 +221,7 @@ def _estimate(
     from friction_bayes.records.description import what_was_read
 
     reference = None
-    record, system, told = loaded
+    record, system, warned_before = loaded
     with collected_warnings() as found:
         setup = None if arguments.setup is None else _setup(arguments)
         with compilation_noted():
@@ -240,7 +240,7 @@ def _estimate(
             )
         if arguments.check:
             reference = _check(estimate, arguments.seed)
-    warned = [*told, *found]
+    warned = [*warned_before, *found]
     result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     drawings = {} if folder is None else _write(estimate, record, reference, folder, suffix)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
-from friction_bayes.cli.fleet_run import Fleet, Part, finished_parts, fleet_manifest, fleet_of, rows_of
+from friction_bayes.cli.fleet_run import Fleet, FleetPart, finished_parts, fleet_manifest, fleet_of, rows_of
 from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
 from friction_bayes.cli.records import (
     EACH_DECAY,
@@ -169,7 +169,7 @@ def _fleet(arguments: argparse.Namespace, fleet: Fleet) -> Any:
             return _write_fleet(whole, folder, made)
 
 
-def _fleet_part(part: Part, *, fleet: Fleet, system: Oscillator, threshold: float | None) -> None:
+def _fleet_part(part: FleetPart, *, fleet: Fleet, system: Oscillator, threshold: float | None) -> None:
     import dask
 
     which, file = part

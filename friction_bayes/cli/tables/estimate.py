@@ -77,8 +77,10 @@ def records_table(
             ", ".join(numbers),
         )
     above, below = two_columns(), two_columns()
-    told = [(result["record"], *row) for result, rows in zip(results, headings, strict=True) for row in rows]
-    for name, label, said in told:
+    labelled = [
+        (result["record"], *row) for result, rows in zip(results, headings, strict=True) for row in rows
+    ]
+    for name, label, said in labelled:
         text = said if name in said else f"{name}: {said}"
         if label == "warning":
             above.add_row(label, Text(text, style="yellow"))

@@ -30,9 +30,9 @@ from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statisti
 from friction_bayes.estimators.envelope.signal import envelope_signal, small_motion_frequency
 from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
 
-__all__ = ["COEFFICIENTS", "EnvelopeEstimator"]
+__all__ = ["ENVELOPE_COEFFICIENTS", "EnvelopeEstimator"]
 
-COEFFICIENTS = ("initial_amplitude", "friction_coefficient", "rest_position")
+ENVELOPE_COEFFICIENTS = ("initial_amplitude", "friction_coefficient", "rest_position")
 """Columns of the regression: ``a``, ``u`` and ``c``, all in the unit of the signal."""
 
 INITIAL_AMPLITUDE, FRICTION, REST_POSITION = range(3)
@@ -93,8 +93,8 @@ class EnvelopeEstimator(TabulatedPrior):
                 before,
                 design,
                 response,
-                names=COEFFICIENTS,
-                friction=COEFFICIENTS[FRICTION],
+                names=ENVELOPE_COEFFICIENTS,
+                friction=ENVELOPE_COEFFICIENTS[FRICTION],
                 force_factor=force_factor(decay.system, decay.quantity, decay.unit),
                 observed_name="half_cycle_projection",
             ),
@@ -108,7 +108,7 @@ class EnvelopeEstimator(TabulatedPrior):
         found = np.isfinite(many.residual) & (many.rows >= _MIN_ROWS)
         data = RegressionStatistics.of_normal_equations(
             many.rows,
-            np.where(found[:, None, None], many.gram, np.eye(len(COEFFICIENTS))),
+            np.where(found[:, None, None], many.gram, np.eye(len(ENVELOPE_COEFFICIENTS))),
             np.zeros_like(many.coefficients),
             np.where(found[:, None], many.coefficients, 0.0),
             np.where(found, many.residual, 0.0),

@@ -40,14 +40,14 @@ from friction_bayes.estimators.noise.recording_filters import (
 )
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import NEAR_TURN, MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
+from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, first_motion
 from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
 
@@ -134,7 +134,7 @@ class PlainDecay:
             self.coefficient > 0.0
             and self.values.size // self.block >= LEAST_SAMPLES
             and self.frequency * self.step < 0.5 * math.pi
-            and self.noise_sd > LEAST_NOISE * self.amplitude
+            and self.noise_sd > MOTION_KNOWN_TO * self.amplitude
         )
 
 
@@ -272,7 +272,7 @@ class PreparedDecay:
         self.prior = ForcePrior(centre=_CENTRE * self.friction)
         self._states = states[:n]
         # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
-        self._least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
+        self._least_noise = max(rounding, MOTION_KNOWN_TO * decay.amplitude) / math.sqrt(block)
 
     def natural(self, laid: Laid) -> Array:
         """The signal in the natural units of a regression, shape (n,)."""
@@ -300,7 +300,7 @@ class PreparedDecay:
         decay, n = self.decay, self.time.size
         covariance = np.zeros((n, 3, 3))
         covariance[:, 1, 1] = decay.phase_sd**2 * (self._states**2).sum(axis=1)
-        motion = Motion(
+        motion = SmoothedMotion(
             states=np.column_stack([self._states, np.zeros(n)]),
             covariance=covariance,
             noise=decay.noise_sd / self.noise_unit,
@@ -323,7 +323,7 @@ class PreparedDecay:
     def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
         regression = laid.behind(filter_, self.natural(laid)).regression
-        law = integrate(Problem.of(regression), self.prior.without_force).best_law()
+        law = integrate_force(Problem.of(regression), self.prior.without_force).best_law()
         motion, change = regression.motion, frequency_change(law[regression.stiffness])
         states = motion.states.copy()
         states[:, :2] = regression.states @ law + regression.known_states
@@ -337,7 +337,7 @@ class PreparedDecay:
         laid = self._along(motion, frequency)
         for _ in range(_MOST_ROUNDS):
             regression = laid.regression
-            guessed = integrate(Problem.of(regression), self.prior, only_mode=True)
+            guessed = integrate_force(Problem.of(regression), self.prior, only_mode=True)
             law = guessed.best_law()
             change = frequency_change(law[regression.stiffness])
             frequency *= change
@@ -347,7 +347,7 @@ class PreparedDecay:
                 break
         return laid
 
-    def _along(self, motion: Motion, frequency: float) -> Laid:
+    def _along(self, motion: SmoothedMotion, frequency: float) -> Laid:
         decay, unit = self.decay, frequency**self.decay.order
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum)
@@ -401,7 +401,12 @@ def _relative_variance(path: MeasuredPath, order: int) -> Array:
 
 
 def _regression(
-    signal: Array, path: MeasuredPath, variance: Array, motion: Motion, friction: float, decay: PlainDecay
+    signal: Array,
+    path: MeasuredPath,
+    variance: Array,
+    motion: SmoothedMotion,
+    friction: float,
+    decay: PlainDecay,
 ) -> LawRegression:
     row = sensor_row(decay.order, path.slope)
 

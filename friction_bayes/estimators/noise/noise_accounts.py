@@ -32,12 +32,12 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import shown, smooth
-from friction_bayes.statespace.law_target import law_target
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
+from friction_bayes.statespace.sampling.law_target import law_target
 
 __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
@@ -255,7 +255,7 @@ def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
 
 
 def _probable(parts: Sequence[_Evaluated]) -> list[bool]:
-    """Which are not improbable beside the best."""
+    """Which are not improbable next to the best."""
     least = max(part.log_evidence for part in parts) + math.log(SLIGHT)
     return [part.log_evidence > least for part in parts]
 
@@ -379,7 +379,7 @@ class _Evaluated:
 
 def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool = False) -> _Evaluated:
     """A regression without a random force, or given that there is one."""
-    posterior = integrate(Problem.of(laid.regression), prior)
+    posterior = integrate_force(Problem.of(laid.regression), prior)
     if forced:
         posterior = posterior.among((posterior.ratio > 0.0)[:, None])
     return _Evaluated(laid, posterior, prior, log_prior)

@@ -19,7 +19,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, FittedMotion, Part, RandomForce
+from friction_bayes.estimators.base import Fit, FittedMotion, PosteriorPart, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
@@ -221,7 +221,7 @@ def _width(fit: Fit) -> float:
     return high - low
 
 
-def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[Part, ...]:
+def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[PosteriorPart, ...]:
     """Parts for a sampler: the fit itself under white noise, unless its account has more noise."""
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     parts = []
@@ -229,5 +229,5 @@ def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tupl
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
             build = fit.build_target if own else partial(account.target, factor)
-            parts.append(Part(account.name, account.probability, account.forced, build))
+            parts.append(PosteriorPart(account.name, account.probability, account.forced, build))
     return tuple(parts)

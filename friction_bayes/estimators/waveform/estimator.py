@@ -54,9 +54,9 @@ from friction_bayes.estimators.waveform.signal_fit import FittedSignal, signal_f
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 from friction_bayes.statespace.measured_path import NEAR_TURN
 
-__all__ = ["NAMES", "WaveformEstimator"]
+__all__ = ["WaveformEstimator"]
 
-NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
+_NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
 """Coefficients; amplitude and phase are those in the middle of the record."""
 
 _BAND = 3.0
@@ -97,7 +97,7 @@ class WaveformEstimator(TabulatedPrior):
         phase_variance = np.diag(after.coefficients.shape)[[ADVANCE - COEFFICIENTS, PHASE - COEFFICIENTS]]
         phase_sd = math.sqrt(float(phase_variance.sum()))
         fitted = FittedSignal(
-            coefficients=dict(zip(NAMES[free], after.mean, strict=True)),
+            coefficients=dict(zip(_NAMES[free], after.mean, strict=True)),
             frequency_scale=2.0 / decay.duration,
             half_cycles=turning_samples(samples, p, stop).size - 1,
             rest_position=float(p[OFFSET] if decay.rest_known else after.mean[OFFSET]),
@@ -192,7 +192,7 @@ def _model(
     slowest, fastest = min(advance / _BAND, 0.5 * p[ADVANCE]), max(advance * _BAND, 2.0 * p[ADVANCE])
     bounds = np.array([free, free, free, (slowest, fastest), (p[PHASE] - math.pi, p[PHASE] + math.pi)])
     return SignalModel(
-        names=NAMES[skip:],
+        names=_NAMES[skip:],
         scale=np.array([1.0, 1.0, 1.0, 1.0 / half_duration, 1.0])[skip:],
         bounds=bounds[skip:],
         signal=lambda q: signals(samples, order, whole(q), kappa, stop),

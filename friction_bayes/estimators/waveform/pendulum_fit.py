@@ -32,9 +32,9 @@ from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion,
 from friction_bayes.estimators.waveform.signal_fit import FittedSignal, signal_fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 
-__all__ = ["NAMES", "fit_pendulum"]
+__all__ = ["fit_pendulum"]
 
-NAMES = ("offset", "initial_angle", "friction_coefficient", "frequency", "initial_velocity")
+_NAMES = ("offset", "initial_angle", "friction_coefficient", "frequency", "initial_velocity")
 
 _FIRST_PERIODS = 3.0
 _GROWTH = 1.6
@@ -63,8 +63,8 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     """
     swing = PendulumSignal(decay)
     skip = OFFSET + 1 if decay.rest_known else OFFSET
-    before = prior_of(prior, len(NAMES) - skip)
-    weight = np.zeros(len(NAMES))
+    before = prior_of(prior, len(_NAMES) - skip)
+    weight = np.zeros(len(_NAMES))
     weight[[OFFSET, ANGLE, FRICTION]] = prior["coefficient_precision"]
     q = _continued(swing, weight, skip)
     prediction = swing.signal(q, swing.n)
@@ -72,7 +72,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     after = before.update(jacobian, decay.values - prediction + jacobian @ q[skip:])
     free = coefficient_bounds(prior["coefficient_precision"], decay.system, decay.quantity, decay.unit)
     fitted = FittedSignal(
-        coefficients=dict(zip(NAMES[skip:], q[skip:], strict=True)),
+        coefficients=dict(zip(_NAMES[skip:], q[skip:], strict=True)),
         frequency_scale=1.0,
         half_cycles=swing.turning_samples(q).size - 1,
         rest_position=float(q[OFFSET]),
@@ -100,7 +100,7 @@ def _continued(swing: PendulumSignal, weight: Array, skip: int) -> Array:
     guess = swing.first_guess()
     n = swing.n
     period = 2.0 * math.pi / (swing.decay.frequency * swing.decay.step)
-    length = min(max(int(_FIRST_PERIODS * period), 4 * len(NAMES)), n)
+    length = min(max(int(_FIRST_PERIODS * period), 4 * len(_NAMES)), n)
     trials = []
     for factor in _TRIAL_FREQUENCIES:
         start = guess.copy()
@@ -132,34 +132,27 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
         return (total, residual) if math.isfinite(total) else (math.inf, residual)
 
     cost, residual = cost_of(q)
-    damping = 1e-3
+    root, damping, gain = np.sqrt(weight[skip:]), 1e-3, math.inf
     for _ in range(_MAX_STEPS):
-        if not math.isfinite(cost):
-            break
+        if not math.isfinite(cost) or gain <= _CONVERGED * cost:
+            return cost, q
         jacobian = swing.jacobian(q, n)[:, skip:]
         scale = np.linalg.norm(jacobian, axis=0)
         if not np.all(scale > 0.0) or not np.all(np.isfinite(scale)):
             return math.inf, q
-        root = np.sqrt(weight[skip:])
-        while damping < _MAX_DAMPING:
+        trial, trial_cost, trial_residual = q, math.inf, residual
+        while trial_cost > cost:
+            if damping >= _MAX_DAMPING:
+                return cost, q
             stacked = np.vstack([jacobian, np.diag(root), np.diag(math.sqrt(damping) * scale)]) / scale
             right = np.concatenate([residual, -root * q[skip:], np.zeros(scale.size)])
-            step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             trial = q.copy()
-            trial[skip:] += step
+            trial[skip:] += np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             # negative friction would soon drive it over the top
             trial[FRICTION] = max(trial[FRICTION], 0.0)
             trial_cost, trial_residual = cost_of(trial)
-            if trial_cost <= cost:
-                break
-            damping *= 10.0
-        else:
-            break
-        gain = cost - trial_cost
-        q, cost, residual = trial, trial_cost, trial_residual
-        damping *= 0.1
-        if gain <= _CONVERGED * cost:
-            break
+            damping *= 10.0 if trial_cost > cost else 0.1
+        q, cost, residual, gain = trial, trial_cost, trial_residual, cost - trial_cost
     return cost, q
 
 
@@ -188,8 +181,8 @@ def _model(
     low, high = min(natural / _BAND, 0.5 * q[FREQUENCY]), max(natural * _BAND, 2.0 * q[FREQUENCY])
     bounds = np.array([free, free, free, (low, high), (-2.0 * high, 2.0 * high)])
     return SignalModel(
-        names=NAMES[skip:],
-        scale=np.ones(len(NAMES) - skip),
+        names=_NAMES[skip:],
+        scale=np.ones(len(_NAMES) - skip),
         bounds=bounds[skip:],
         signal=signal,
         misfit=expansion.misfit if fast else exact,

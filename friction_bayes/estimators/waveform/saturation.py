@@ -75,10 +75,10 @@ def saturation_level(decay: FreeDecay) -> float | None:
     expected = signals(samples, order, p[None], kappa, stop)[0]
     noise2 = float(fits.misfit[0]) / (count - COEFFICIENTS)
     jacobian, _ = signal_derivatives(samples, order, p, kappa, stop)
-    told = np.einsum("ni,ij,nj->n", jacobian, np.linalg.inv(fits.normal[0]), jacobian)
+    of_law = np.einsum("ni,ij,nj->n", jacobian, np.linalg.inv(fits.normal[0]), jacobian)
     # errors of sensor and law are alike within a bin: its samples inform about them as one does
     in_bin = max(math.pi * (away.size - 1) / (2.0 * p[ADVANCE] * _BINS), 1.0)
-    variance = noise2 * (1.0 + told) + in_bin * (_LINEAR * largest) ** 2
+    variance = noise2 * (1.0 + of_law) + in_bin * (_LINEAR * largest) ** 2
     angle = p[ADVANCE] * places + p[PHASE]
     half_cycle = np.rint((angle + 0.5 * order * math.pi) / math.pi).astype(np.int64)
     # a filter is still settling then

@@ -17,7 +17,7 @@ from friction_bayes.core.arrays import Array, Integers
 __all__ = ["SignalExpansion", "agrees_near"]
 
 
-TOLERANCE = 0.02
+_TOLERANCE = 0.02
 """Largest error of a log-likelihood where a posterior of five or six coefficients has its bulk."""
 
 _BULK = 2.4
@@ -68,7 +68,7 @@ def agrees_near(
     covariance: Array,
     variance: float,
 ) -> bool:
-    """Whether two sums of squared residuals give one log-likelihood, within :data:`TOLERANCE`.
+    """Whether two sums of squared residuals give one log-likelihood, within :data:`_TOLERANCE`.
 
     Parameters
     ----------
@@ -87,4 +87,4 @@ def agrees_near(
     root = np.linalg.cholesky(covariance / np.outer(scale, scale)) * scale[:, None]
     probes = centre + directions @ root.T
     error = np.abs(approximate(probes) - exact(probes)) / (2.0 * variance)
-    return bool(np.all(error <= TOLERANCE * np.maximum(1.0, (radius / _BULK) ** 4)))
+    return bool(np.all(error <= _TOLERANCE * np.maximum(1.0, (radius / _BULK) ** 4)))

@@ -9,7 +9,6 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.statespace.kalman import whiten
 from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["AddedForces", "ScoreTest", "added_forces"]
@@ -88,7 +87,7 @@ def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     answered = response_at_sensor(fit.path, fit.row, forces, at_samples, feedback=fit.law.feedback)[1]
     of_law = fit.law.sensor[:, law] * fit.law.scale[law]
     block = np.column_stack([of_law, fit.law.recorded(answered), fit.residual])
-    gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
+    gram = fit.regression.products(block, best) / best.noise**2
     p = law.size
     known = gram[:p, :p] + np.eye(p)
     rest = gram[p:, p:] - gram[:p, p:].T @ np.linalg.solve(known, gram[:p, p:])

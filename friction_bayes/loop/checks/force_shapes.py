@@ -13,18 +13,17 @@ from friction_bayes.loop.checks.added_forces import added_forces
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.measured_path import MeasuredPath
 
-__all__ = ["Shape", "best_shape", "stops"]
+__all__ = ["ForceShape", "best_shape", "stops"]
 
 _LENGTHS = (0.01, 0.03, 0.1, 0.3)
 """Over the median amplitude: how far after a turning point a pulse reaches."""
 _PLACES = np.linspace(-0.9, 0.9, 13)
-_STOPS = np.linspace(0.1, 0.8, 8)
 """Place of a bump over the largest displacement."""
 _STOPS = np.linspace(0.1, 0.8, 8)
 """Where a spring may begin that the motion meets on one side, likewise."""
 
 
-class Shape(NamedTuple):
+class ForceShape(NamedTuple):
     """A simple form of a force.
 
     Attributes
@@ -39,7 +38,7 @@ class Shape(NamedTuple):
     share: float
 
 
-def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
+def best_shape(fit: ForceFit, binned: Array) -> ForceShape | None:
     """The form that, as a part of the law, explains most of a binned force.
 
     None where the law contains all of the forms already, as one with sensor effects can.
@@ -62,7 +61,7 @@ def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
         if taken is None:
             continue
         drop = whole.statistic - taken.test(bins).statistic
-        found.append(Shape(name, min(max(drop / excess, 0.0), 1.0)))
+        found.append(ForceShape(name, min(max(drop / excess, 0.0), 1.0)))
     return max(found, key=lambda shape: shape.share, default=None)
 
 

@@ -18,7 +18,7 @@ from scipy import stats
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.added_forces import ScoreTest, added_forces
-from friction_bayes.loop.checks.force_shapes import Shape, best_shape, stops
+from friction_bayes.loop.checks.force_shapes import ForceShape, best_shape, stops
 from friction_bayes.loop.checks.noise_tests import Channel, ResidualTests, noise_tests
 from friction_bayes.loop.infer.knocks import jump_tails
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -63,13 +63,13 @@ class LeftOver(ResidualTests):
     near_motion : float
         Lower limit of the innovations' standard deviation near the frequency of the motion, over the model's,
         with the probability of credible candidates.
-    shape : Shape or None
+    shape : ForceShape or None
         That describes the worst dependence best; None without one.
     """
 
     dependences: tuple[Dependence, ...]
     near_motion: float
-    shape: Shape | None = None
+    shape: ForceShape | None = None
 
     @property
     def jumps(self) -> float | None:

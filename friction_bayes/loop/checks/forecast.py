@@ -256,12 +256,12 @@ def _fluctuation(
         added[:, g] *= (point.ratio * point.noise) ** 2
     rows = np.broadcast_to(sensor_row(fit.segment.order, slope), (time.size, 3))
     unit_force = np.tile([0.0, 0.0, 1.0], (points.size, 1))
-    answers, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))
+    responses, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))
     for i in range(time.size):
         if i > 0:
             step = transitions[index[i - 1]]
             unit_force = (step @ unit_force[:, :, None])[:, :, 0]
             spreads = step @ spreads @ step.transpose(0, 2, 1) + added[index[i - 1]]
-        answers[:, i] = unit_force @ rows[i]
+        responses[:, i] = unit_force @ rows[i]
         variances[:, i] = rows[i] @ spreads @ rows[i]
-    return forces[:, None] * answers[which] * fit.unit, variances * fit.unit**2
+    return forces[:, None] * responses[which] * fit.unit, variances * fit.unit**2

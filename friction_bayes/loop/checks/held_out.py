@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombFit, refitted
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
 
 __all__ = [
+    "CoulombForecast",
     "Forecast",
     "forecast_errors",
     "forecast_records",
@@ -58,11 +59,25 @@ class Forecast:
         return np.asarray((self.signal - self.mean)[self.free])
 
 
-def forecast_records(fit: CoulombFit) -> tuple[Forecast, ...]:
-    """Forecasts of the rest of each moving record by Coulomb friction, fitted anew to the first 70 %.
+class CoulombForecast(NamedTuple):
+    """The same part predicted by Coulomb friction: without a band, which is not reported.
 
-    The mean is the prediction at the posterior mode, the standard deviation that of the noise; empty where
-    the fit fails.
+    Attributes
+    ----------
+    mean : ndarray, shape (n,)
+        The prediction at the posterior mode.
+    error : ndarray
+        Measured minus predicted, of the samples that are compared.
+    """
+
+    mean: Array
+    error: Array
+
+
+def forecast_records(fit: CoulombFit) -> tuple[CoulombForecast, ...]:
+    """The rest of each moving record by Coulomb friction, fitted anew to the first 70 %.
+
+    Empty where the fit fails.
     """
     model, forecasts = fit.model, []
     heads = [int(settings.SETTINGS.fitted_share * segment.moving) for segment in model.segments]
@@ -75,24 +90,16 @@ def forecast_records(fit: CoulombFit) -> tuple[Forecast, ...]:
             return ()
         rest = slice(head, segment.moving)
         mean = predicted.signal[rest]
-        forecasts.append(
-            Forecast(
-                time=segment.decay.start_time + segment.time[rest],
-                signal=segment.values[rest],
-                mean=mean,
-                sd=np.full(mean.size, float(np.std(again.free_residuals[r]))),
-                free=segment.free[rest],
-            )
-        )
+        forecasts.append(CoulombForecast(mean, (segment.values[rest] - mean)[segment.free[rest]]))
     return tuple(forecasts)
 
 
 def held_out_error(
-    before: Sequence[Forecast], after: Sequence[Forecast], noise_floor: float, unit: str
+    before: Sequence[CoulombForecast], after: Sequence[Forecast], noise_floor: float, unit: str
 ) -> dict[str, Any]:
     """Errors of both models over all records, as reported; nan where one could not forecast."""
     return {
-        "before": _rms(before),
+        "before": _rms(_errors(before)),
         **forecast_errors(after),
         "noise_floor": noise_floor,
         "unit": unit,
@@ -102,19 +109,23 @@ def held_out_error(
 
 def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
     """Error of the final model, and the share of the samples within its predictive 90 % band."""
-    errors = np.concatenate([np.empty(0), *(forecast.error for forecast in after)])
+    errors = _errors(after)
     sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
     inside = float(np.mean(np.abs(errors) <= _BAND90 * sd)) if errors.size else math.nan
-    return {"after": _rms(after), "inside90": inside}
+    return {"after": _rms(errors), "inside90": inside}
 
 
-def _rms(forecasts: Sequence[Forecast]) -> float:
-    errors = np.concatenate([np.empty(0), *(forecast.error for forecast in forecasts)])
+def _errors(forecasts: Sequence[Forecast | CoulombForecast]) -> Array:
+    """Those of all records."""
+    return np.concatenate([np.empty(0), *(forecast.error for forecast in forecasts)])
+
+
+def _rms(errors: Array) -> float:
     return math.sqrt(float(np.mean(errors**2))) if errors.size else math.nan
 
 
 def with_forecasts(
-    traces: Sequence[RecordTrace], before: Sequence[Forecast], after: Sequence[Forecast]
+    traces: Sequence[RecordTrace], before: Sequence[CoulombForecast], after: Sequence[Forecast]
 ) -> tuple[RecordTrace, ...]:
     """Records with both models' forecasts of their last parts; unchanged where one could not forecast."""
     if not len(traces) == len(before) == len(after):

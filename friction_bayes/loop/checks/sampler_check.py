@@ -15,7 +15,7 @@ from friction_bayes.core.summary import Summary
 from friction_bayes.loop.data.parameters import FRICTION
 from friction_bayes.loop.infer.law_draws import draw_laws, unit_force
 from friction_bayes.loop.infer.law_fit import LawFit
-from friction_bayes.statespace.law_target import law_target
+from friction_bayes.statespace.sampling.law_target import law_target
 from friction_bayes.validation.agreement import compare
 
 __all__ = ["check_friction", "check_law", "target_of_set"]

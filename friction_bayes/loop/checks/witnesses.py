@@ -19,7 +19,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.statespace.kalman import whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import response_at_sensor
 
@@ -67,7 +66,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     shape = fit.law.sensor[:, friction] - loss
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
     block = np.column_stack([columns, fit.residual])
-    gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram
+    gram = fit.regression.products(block, best)
     # the data are the residual of the best law, about which the prior is nearly centred
     law = np.append(fit.coefficients[others], [fit.coefficients[friction]] * 2) / scale
     noise2, prior = best.noise**2, best.found.full_noise2

@@ -24,9 +24,9 @@ from friction_bayes.statespace.measured_path import MeasuredPath, Points
 __all__ = [
     "NUDGE",
     "PRIOR_SCORES",
-    "Column",
     "ForceColumn",
     "ForceEvaluator",
+    "LawColumn",
     "Sampled",
     "SensorColumn",
     "Shape",
@@ -70,7 +70,7 @@ class Shape(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Column:
+class LawColumn:
     """Description of a column of the law.
 
     Attributes
@@ -120,7 +120,7 @@ class Column:
             return EFFECTS[self.effect].per_record and not self.positive
         return self.kind in ("displacement", "velocity", "memory", "filter")
 
-    def in_widths(self) -> Iterator[Column]:
+    def in_widths(self) -> Iterator[LawColumn]:
         """The column in each of the widths of its prior that the effect's series has."""
         for width in EFFECTS[self.effect].widths:
             yield replace(self, scale=width * self.scale, width=width)
@@ -179,13 +179,13 @@ class ForceColumn(NamedTuple):
 
     Attributes
     ----------
-    column : Column
+    column : LawColumn
     shaped : callable
         Force of the unit coefficient at points, shape (m,), natural units, where what shapes it is at a
         normal score of its prior.
     """
 
-    column: Column
+    column: LawColumn
     shaped: Callable[[Points, float], Array]
 
     def force(self, points: Points) -> Array:
@@ -231,7 +231,7 @@ def force_columns(
     shaping = [c for c in others if c not in coefficients]
     for shape in _shapes(shaping, PRIOR_SCORES, scores) if shaping else ((),):
         for coefficient in coefficients:
-            column = Column(
+            column = LawColumn(
                 "effect",
                 coefficient.prior.scale,
                 positive=coefficient.prior.low == 0.0,
@@ -297,7 +297,7 @@ def _bent_friction(
         return unit * evaluator.at({name: (value,)}, points) - points.direction
 
     for shape in _shapes((first,), _SMALL_SCORES, scores):
-        column = Column(
+        column = LawColumn(
             "friction",
             settings.SETTINGS.friction_share * amplitude,
             positive=True,
@@ -345,12 +345,12 @@ class SensorColumn(NamedTuple):
 
     Attributes
     ----------
-    column : Column
+    column : LawColumn
     wrong : callable
         Error of each reading of :class:`Sampled` under the unit coefficient, shape (n block,), natural units.
     """
 
-    column: Column
+    column: LawColumn
     wrong: Callable[[Sampled], Array]
 
     def error(self, read: Sampled) -> Array:
@@ -393,7 +393,7 @@ def sensor_columns(
         for j, c in enumerate(sizes):
             values = [0.0] * len(sizes)
             values[j] = c.prior.scale
-            column = Column(
+            column = LawColumn(
                 "effect",
                 c.prior.scale,
                 positive=c.prior.low == 0.0,
@@ -408,13 +408,13 @@ def sensor_columns(
 
 def line_columns(
     line: Line, scales: Scales, path: MeasuredPath, order: int, w0: float
-) -> Iterator[tuple[Column, Array]]:
+) -> Iterator[tuple[LawColumn, Array]]:
     """Sine and cosine of a line."""
     scale = effect_coordinates(line.effect, scales, 1)[0].prior.scale
     time = (path.phase - path.phase[0]) / w0
     shape = _shape_of_line(line, float(time[-1]))
     for part, wave in line.waves(time).items():
-        column = Column("effect", scale, effect=line.effect, parameter=part, shape=shape, line=line)
+        column = LawColumn("effect", scale, effect=line.effect, parameter=part, shape=shape, line=line)
         yield column, wave / w0**order
 
 

@@ -19,9 +19,9 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
-    Column,
     ForceColumn,
     ForceEvaluator,
+    LawColumn,
     Sampled,
     SensorColumn,
     Shape,
@@ -50,7 +50,7 @@ class LawColumns:
 
     Attributes
     ----------
-    columns : tuple of Column, length p
+    columns : tuple of LawColumn, length p
     sensor : ndarray, shape (n, p)
         Each as recorded, natural units.
     states : ndarray, shape (n, 2, p)
@@ -80,7 +80,7 @@ class LawColumns:
         Force of one natural unit [N or N m].
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[LawColumn, ...]
     sensor: Array
     states: Array
     forces: Array
@@ -161,7 +161,7 @@ class LawColumns:
                 sizes[column.effect] = size
         return sizes
 
-    def with_shown(self, shown: Sequence[tuple[Column, Array]]) -> LawColumns:
+    def with_shown(self, shown: Sequence[tuple[LawColumn, Array]]) -> LawColumns:
         """The same with columns of the recording, shape (n,) each, which do not affect the motion."""
         n, extra = len(self.sensor), len(shown)
         return replace(
@@ -189,8 +189,8 @@ class LawColumns:
         )
         sensor[:, moved] = shown[:, :-1]
         memory, offset = own_columns(filter_, self.read.values)
-        own = [(Column("memory", self.columns[0].scale), each) for each in memory.T]
-        own += [(Column("filter", 1.0), each) for each in offset.T]
+        own = [(LawColumn("memory", self.columns[0].scale), each) for each in memory.T]
+        own += [(LawColumn("filter", 1.0), each) for each in offset.T]
         return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(own)
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
@@ -294,7 +294,9 @@ def law_columns(
         row = gain[:, None] * row
     answers = _answers(path, row, acting, about)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
-    start = [Column(name, settings.SETTINGS.state_share * amplitude) for name in ("displacement", "velocity")]
+    start = [
+        LawColumn(name, settings.SETTINGS.state_share * amplitude) for name in ("displacement", "velocity")
+    ]
     wrong = tuple(_wrong(given, w0))
     law = LawColumns(
         columns=(*start, *(each.column for each in acting)),
@@ -359,10 +361,11 @@ def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator)
     names = [name for name in given.effects if isinstance(EFFECTS[name], ForceEffect)]
     return [
         ForceColumn(
-            Column("stiffness", settings.SETTINGS.stiffness_sd), lambda points, _: -path.restoring(points.x)
+            LawColumn("stiffness", settings.SETTINGS.stiffness_sd),
+            lambda points, _: -path.restoring(points.x),
         ),
         ForceColumn(
-            Column("friction", settings.SETTINGS.friction_share * amplitude, positive=True),
+            LawColumn("friction", settings.SETTINGS.friction_share * amplitude, positive=True),
             lambda points, _: -points.direction,
         ),
         *(

@@ -36,7 +36,7 @@ from friction_bayes.mechanics.integrate import propagator
 
 __all__ = ["LoopModel", "Prediction", "RecordParameters", "changes_signal", "sensor_output"]
 
-RTOL = 1e-8
+_RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
 
 
@@ -251,7 +251,7 @@ class LoopModel:
             self.system.pendulum,
             self.durations[r],
             force_vector(values.effects),
-            RTOL,
+            _RTOL,
             order,
         )
         clean = (x, v, a)[order]

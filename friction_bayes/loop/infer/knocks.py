@@ -19,7 +19,7 @@ from friction_bayes.loop import settings
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, jump_scores
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["jump_tails", "log_odds_of_knocks", "next_knock", "spans_of"]
 
@@ -146,7 +146,7 @@ def _scores(regression: LawRegression, law: Array, best: GridPoint) -> Array:
     return scores
 
 
-def _near_turns(regression: LawRegression, motion: Motion) -> Mask:
+def _near_turns(regression: LawRegression, motion: SmoothedMotion) -> Mask:
     """Samples at which friction may have either direction and the sensor shows the force, shape (n,).
 
     There an accelerometer shows a jump that is not of the random force.

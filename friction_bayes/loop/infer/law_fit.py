@@ -32,11 +32,11 @@ from friction_bayes.loop.infer.record_fit import (
     force_fit,
     too_few_turning_points,
 )
-from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.subset_evidence import SetEvidences
 
 __all__ = ["LawFit", "fit_law", "spreads_evaluated"]
@@ -240,7 +240,7 @@ def _records(
 def _along(
     alone: Sequence[ForceFit],
     records: Sequence[MovingRecord],
-    motions: Sequence[Motion],
+    motions: Sequence[SmoothedMotion],
     w0: float,
     about: Sequence[LawBefore | None] | None = None,
 ) -> tuple[LawAlongMotion, ...]:
@@ -286,7 +286,7 @@ def _evaluated(
     prior = force_prior(friction)
     if not forced:
         prior = prior.without_force
-    posterior = integrate(problem, prior, only_mode=only_mode)
+    posterior = integrate_force(problem, prior, only_mode=only_mode)
     fits = tuple(
         force_fit(record, found, *each, one.sensor_noise)
         for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)

@@ -33,7 +33,7 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import Feedback, feedback_steps
-from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
+from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, first_motion
 
 __all__ = [
     "LEAST_TURNS",
@@ -201,7 +201,7 @@ class MovingRecord:
     @property
     def _least_noise(self) -> float:
         """Of the sensor's rounding, and at least what the interpolated motion is known to, its unit."""
-        return max(self.segment.least_noise, LEAST_NOISE * self.scales.signal)
+        return max(self.segment.least_noise, MOTION_KNOWN_TO * self.scales.signal)
 
     def phase(self, w0: float) -> Array:
         """Their time stamps in natural units of a frequency, shape (n,)."""
@@ -213,7 +213,7 @@ class MovingRecord:
         steps = feedback_steps(path, feedback) if self.forced else None
         return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, steps), w0)
 
-    def first_motion(self) -> tuple[float, Motion]:
+    def first_motion(self) -> tuple[float, SmoothedMotion]:
         """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.
 
         With the values next to the jumps of an acceleration: without a law, gaps there would leave the
@@ -233,7 +233,7 @@ class MovingRecord:
 
     def along(
         self,
-        motion: Motion,
+        motion: SmoothedMotion,
         w0: float,
         lines: Sequence[Line],
         *,
@@ -244,7 +244,7 @@ class MovingRecord:
 
         Parameters
         ----------
-        motion : Motion
+        motion : SmoothedMotion
         w0 : float
             Frequency of the natural units [rad/s].
         lines : sequence of Line

@@ -26,8 +26,8 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.noise_kinds import NoiseKinds, evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.infer.sensor_noise import SensorNoise, evaluate_sensor_noise
 from friction_bayes.loop.infer.settle import settle
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
@@ -38,7 +38,7 @@ from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, shown
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_few_turning_points"]
 
@@ -70,9 +70,9 @@ class ForceFit:
     posterior : Posterior
     coefficients : ndarray, shape (p,)
         Of the best set at the best point.
-    motion : Motion
+    motion : SmoothedMotion
         Smoothed with that law.
-    sensor_noise : SensorNoise
+    sensor_noise : NoiseKinds
         The noise in addition to white.
     error : SensorError or Colour
         What neighbouring samples share of it.
@@ -93,8 +93,8 @@ class ForceFit:
     prior: ForcePrior
     posterior: Posterior
     coefficients: Array
-    motion: Motion
-    sensor_noise: SensorNoise
+    motion: SmoothedMotion
+    sensor_noise: NoiseKinds
     error: SensorError | Colour
     impossible: Mask
 
@@ -285,7 +285,7 @@ def force_fit(
     found: LawAlongMotion,
     posterior: Posterior,
     coefficients: Array,
-    sensor_noise: SensorNoise,
+    sensor_noise: NoiseKinds,
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(

@@ -20,9 +20,8 @@ from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import Line, lines_in_residual
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.behind_filter import filter_of
-from friction_bayes.loop.infer.coulomb_motion import CoulombMotion
-from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
-from friction_bayes.loop.infer.finer_shapes import finer_shapes
+from friction_bayes.loop.infer.coulomb_fit import CoulombStart
+from friction_bayes.loop.infer.finer_columns import finer_lines, finer_shapes, lines_that_show
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
@@ -30,10 +29,10 @@ from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import frequency_change
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["Round"]
 
@@ -55,7 +54,7 @@ class Round:
         With the samples that are set aside here.
     ceiling, outliers : ndarray of bool, shape (n,)
         Samples that are set aside: near an end of the sensor's range, and outliers.
-    motion : Motion
+    motion : SmoothedMotion
         That of the round before.
     lines : tuple of Line
         Those that may be there.
@@ -74,7 +73,7 @@ class Round:
     whole: MovingRecord
     ceiling: Mask
     outliers: Mask
-    motion: Motion
+    motion: SmoothedMotion
     lines: tuple[Line, ...]
     other_lines: bool
     found: LawAlongMotion
@@ -88,7 +87,7 @@ class Round:
         return cls._starting(whole, noise, *whole.first_motion())
 
     @classmethod
-    def about_coulomb(cls, whole: MovingRecord, noise: str, start: CoulombMotion | None) -> Round | None:
+    def about_coulomb(cls, whole: MovingRecord, noise: str, start: CoulombStart | None) -> Round | None:
         """Along the motion ``start`` that fits best under Coulomb friction alone; None without one.
 
         A motion that stops within the record does not count: nothing is linear about a mass at rest.
@@ -101,7 +100,7 @@ class Round:
         whole: MovingRecord,
         noise: str,
         w0: float,
-        motion: Motion,
+        motion: SmoothedMotion,
         about: LawBefore | None = None,
     ) -> Round | None:
         none = np.zeros(whole.samples, np.bool_)
@@ -132,7 +131,7 @@ class Round:
         prior = self.found.prior.without_force if self.alone else self.found.prior
 
         def integrated(found: LawAlongMotion) -> Posterior:
-            return integrate(found.problem, prior, near=self.near, only_mode=True)
+            return integrate_force(found.problem, prior, near=self.near, only_mode=True)
 
         return integrate_possible(self.found, integrated)[1]
 
@@ -306,7 +305,7 @@ class Round:
         """The same, the noise nowhere below its level near the motion's frequency."""
         return self._under(self._colour_near_motion)
 
-    def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
+    def _set_aside(self, smoothed: SmoothedMotion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
         left = LeftOut.under(
             self.whole.segment,

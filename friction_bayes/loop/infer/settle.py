@@ -14,10 +14,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from friction_bayes.loop.infer.coulomb_motion import CoulombMotion, coulomb_motion
+from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.infer.sensor_noise import evaluate_sensor_noise
 from friction_bayes.loop.noise.colour import is_coloured
 
 __all__ = ["settle"]
@@ -59,28 +59,44 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
     coulomb = None
     if still is None or not still.with_force.is_all:
         # step by step a law may not reach an optimum far from its start
-        coulomb = coulomb_motion(whole)
+        coulomb = coulomb_start(whole)
         still = _better(still, _settled(Round.about_coulomb(whole, noise, coulomb), allowed))
-    latest = None if still is None else still.with_force
-    if first is not None and (latest is None or not latest.is_all):
-        free = _settled(first.with_force, allowed)
-        # along its own, exact motion a law does not need the force that made up for an inexact one
-        if still is None or _better(still, free) is free:
-            latest = free
+    latest = _with_force(first, still, allowed)
     if latest is not None and still is not None and noise != "white":
-        best, coloured = latest, _coloured(still, allowed)
-        if coloured is not None and (noise == "ar" or not _holds_against(latest, coloured, allowed)):
-            best = coloured
-        behind = _behind_filter(still, coulomb, allowed) if filters and not latest.is_all else None
-        if behind is not None and not _holds_against(best, behind, allowed):
-            best = behind
+        best = _under_other_noise(latest, still, coulomb, allowed, filters=filters)
         if best is not latest:
             latest = _settled(best.in_its_colour_near_motion(), allowed) or latest
+    return _with_knocks(latest, allowed)
+
+
+def _with_force(first: Round | None, still: Round | None, allowed: Sequence[str]) -> Round | None:
+    """The law where a force may go with the motion, by the one or the other start."""
+    latest = None if still is None else still.with_force
+    if first is None or (latest is not None and latest.is_all):
+        return latest
+    free = _settled(first.with_force, allowed)
+    # along its own, exact motion a law does not need the force that made up for an inexact one
+    return free if still is None or _better(still, free) is free else latest
+
+
+def _under_other_noise(
+    latest: Round, still: Round, coulomb: CoulombStart | None, allowed: Sequence[str], *, filters: bool
+) -> Round:
+    """The most probable of a law, the same under coloured noise, and behind a filter, if looked for."""
+    best, coloured = latest, _coloured(still, allowed)
+    if coloured is not None and (still.noise == "ar" or not _holds_against(latest, coloured, allowed)):
+        best = coloured
+    behind = _behind_filter(still, coulomb, allowed) if filters and not latest.is_all else None
+    return best if behind is None or _holds_against(best, behind, allowed) else behind
+
+
+def _with_knocks(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+    """The law with knocks of the force, as many as it requires; with none where it requires too many."""
     looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
     while latest is not None and looks > 0:
         jump = latest.next_knock()
         if jump is None:
-            break
+            return latest
         looks = looks - 1 if jump.any() else 0
         latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
     return latest
@@ -95,7 +111,7 @@ def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
     return _settled(still.in_its_colour(), allowed)
 
 
-def _behind_filter(still: Round, coulomb: CoulombMotion | None, allowed: Sequence[str]) -> Round | None:
+def _behind_filter(still: Round, coulomb: CoulombStart | None, allowed: Sequence[str]) -> Round | None:
     """The law behind the filter that a record went through; None without one.
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
@@ -145,14 +161,14 @@ def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | 
 
 def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
     """The round after which the next agrees, or the most probable of those tried."""
+    if latest is None:
+        return None
     tried: Round | None = None
     for _ in range(_MOST_ROUNDS):
-        before, latest = latest, None if latest is None else _next(latest, allowed)
-        if before is None or latest is None:
-            break
-        if before.stays(latest):
-            return latest
-        tried = _better(tried, latest)
+        following = _next(latest, allowed)
+        if following is None or latest.stays(following):
+            return following or tried
+        tried, latest = _better(tried, following), following
     return tried
 
 

@@ -26,7 +26,7 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.coulomb_fit import CoulombFit, coulomb_model
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
 from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -91,6 +91,12 @@ class Candidates:
         self.probabilities = np.array([p for _, p in ranked])
         self.probabilities /= self.probabilities.sum()
         self.trail = tuple(_trail(fit))
+
+    @property
+    def evaluated(self) -> frozenset[str]:
+        """Effects that the sets are of: of the law, of the kinds of noise, and a random force."""
+        forced = {RANDOM_FORCE.name} if self.cells.forced.any() else set[str]()
+        return frozenset(forced).union(*self.fit.sets.effects, *self.cells.noises)
 
     @property
     def _weight(self) -> Array:
@@ -404,7 +410,7 @@ def candidates_of(
     """
     varying, noise = options.varying_friction, options.noise
     fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
-    return Candidates(coulomb_model(system, segments), fit, options.tolerance, rng)
+    return Candidates(fit_coulomb(system, segments), fit, options.tolerance, rng)
 
 
 def _trail(fit: LawFit) -> Iterator[str]:

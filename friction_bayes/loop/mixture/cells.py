@@ -20,7 +20,7 @@ from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["Cells", "cells_of"]
+__all__ = ["Cells", "Names", "cells_of"]
 
 Names = frozenset[str]
 

@@ -16,17 +16,16 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.loop import settings
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.candidates import Candidates
+from friction_bayes.loop.mixture.cells import Names
 
-__all__ = ["Mixture", "mixture_of"]
-
-Names = frozenset[str]
+__all__ = ["CandidateMixture", "mixture_of"]
 
 _LEAST_PROBABILITY = 1e-9
 """Of a candidate that is listed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Mixture:
+class CandidateMixture:
     """The posterior over the candidates.
 
     Attributes
@@ -88,7 +87,7 @@ class Mixture:
         return np.array([bool(each.size) and not low <= each.mean() <= high for each in own])
 
 
-def mixture_of(candidates: Candidates, rng: np.random.Generator) -> Mixture:
+def mixture_of(candidates: Candidates, rng: np.random.Generator) -> CandidateMixture:
     """The mixture of candidates by their evidence, with a random force too slight to show in addition."""
     probability = candidates.probabilities
     listed = [
@@ -102,7 +101,7 @@ def mixture_of(candidates: Candidates, rng: np.random.Generator) -> Mixture:
         still = draws.random_force == 0.0
         friction = np.where(still, candidates.slight_force.added_to(draws.friction, rng), draws.friction)
         draws = replace(draws, friction=friction)
-    return Mixture(
+    return CandidateMixture(
         sets=tuple(candidates.sets[c] for c in listed),
         probabilities=probability[listed] / probability[listed].sum(),
         of=candidates,

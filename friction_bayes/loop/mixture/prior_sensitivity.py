@@ -6,7 +6,7 @@ Coefficients of effects are normal, scaled by the set-up. Were all priors :math:
 .. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
 
 (importance weights, Kallioinen et al., Stat. Comput. 34, 2024). With another number of effects
-expected, the weight of a draw is the ratio of the prior probabilities of its set among all of the catalogue.
+expected, the weight of a draw is the ratio of the prior probabilities of its set among the effects evaluated.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import numpy as np
 from scipy import special
 
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
-from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import EXPECTED, log_probability
 
 __all__ = ["prior_sensitivity"]
@@ -31,7 +30,9 @@ _LARGEST_ERROR = 0.1
 """Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
 
 
-def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:
+def prior_sensitivity(
+    draws: CandidateDraws, sets: Sequence[frozenset[str]], evaluated: int
+) -> dict[str, float | None]:
     """Shift of friction's mean in its own standard deviations.
 
     By the factor on the scale of the priors, and with half and twice the number of effects expected.
@@ -45,6 +46,8 @@ def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> 
     draws : CandidateDraws
     sets : sequence of frozenset of str
         In which ``draws.candidate`` counts.
+    evaluated : int
+        Number of effects that the sets are of.
     """
     # effects that are certain are in all sets, and make one factor; a draw without a set counts as of none
     effects = np.append([len(names) for names in sets], 0)[draws.candidate]
@@ -52,7 +55,7 @@ def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> 
         f"{factor:g}": -draws.coefficients * math.log(factor) - 0.5 * draws.squares * (factor**-2 - 1.0)
         for factor in _FACTORS
     } | {
-        name: log_probability(effects, len(EFFECTS), expected) - log_probability(effects, len(EFFECTS))
+        name: log_probability(effects, evaluated, expected) - log_probability(effects, evaluated)
         for name, expected in _EXPECTED.items()
     }
     sd = float(draws.friction.std(ddof=1))
@@ -61,6 +64,6 @@ def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> 
         weight = special.softmax(log_ratio)
         mean = float(weight @ draws.friction)
         error = float(np.linalg.norm(weight * (draws.friction - mean)))
-        told = 1.0 / float(weight @ weight) > _LEAST_DRAWS and error < _LARGEST_ERROR * sd
-        found[name] = (mean - float(draws.friction.mean())) / sd if told else None
+        enough = 1.0 / float(weight @ weight) > _LEAST_DRAWS and error < _LARGEST_ERROR * sd
+        found[name] = (mean - float(draws.friction.mean())) / sd if enough else None
     return found

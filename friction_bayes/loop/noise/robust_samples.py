@@ -34,7 +34,7 @@ from friction_bayes.loop.noise.likelihood import (
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["LeftOut", "come_anywhere", "outlying"]
 
@@ -131,7 +131,7 @@ def outlying(noise: NoiseFit) -> Mask:
     return np.asarray(noise.weight < 0.5 * (1.0 / noise.sd**2 + 1.0 / noise.scale**2))
 
 
-def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
+def come_anywhere(outliers: Mask, among: Mask, motion: SmoothedMotion) -> bool:
     """Whether outliers are as frequent at any speed and at any time, ``among`` some samples; shape (n,) both.
 
     Those of a sensor are. Those at turning points, or in one part of the record, are due to an error of the

@@ -59,12 +59,12 @@ def paper_procedure(
     fine = np.linspace(0.0, moving[-1], int(_FINE * moving[-1] / period))
     shares: dict[str, float] = {}
     last = friction
-    for fault, clock in (("effects", fine), ("coarse_sampling", moving)):
+    for source, clock in (("effects", fine), ("coarse_sampling", moving)):
         try:
             read = _read_off(model, clock, _predicted(model, z, clock)).mean
         except InputError:
             continue
-        shares[fault] = read - last
+        shares[source] = read - last
         last = read
     shares["noise_lifts_maxima"] = said.mean - last
     low, high = said.interval90
@@ -72,13 +72,13 @@ def paper_procedure(
     measures = high - low > _NO_WIDTH * abs(said.mean)
     outside = measures and not low <= friction <= high
     disagrees = bool(abs(said.mean - friction) > least or outside)
-    faults = [fault for fault, share in shares.items() if abs(share) > least]
-    if disagrees and not faults:
+    sources = [source for source, share in shares.items() if abs(share) > least]
+    if disagrees and not sources:
         # none exceeds the uncertainty of friction: the largest is named
-        faults = [max(shares, key=lambda fault: abs(shares[fault]))]
+        sources = [max(shares, key=lambda source: abs(shares[source]))]
     because: list[str] = []
-    for fault in faults:
-        because += effects if fault == "effects" else [fault]
+    for source in sources:
+        because += effects if source == "effects" else [source]
     if high - low > settings.SETTINGS.unlike * float(np.diff(np.quantile(after.draws, TAILS))[0]):
         because.append("telescoping_drops")
     if not measures:

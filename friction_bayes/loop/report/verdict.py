@@ -75,7 +75,7 @@ class Consequences:
         """Names of the reasons against the number; a figure that is not known is no reason."""
         held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
         before = max(held_out["before"], self.least_noise)
-        faults = {
+        reasons = {
             "left_over": not self.is_noise,
             "shift": self.shift > settings.SETTINGS.most_shift * self.loss > 0.0,
             "band": held_out["inside90"] < settings.SETTINGS.least_inside,
@@ -83,7 +83,7 @@ class Consequences:
             "witnesses": not self._spans_witnesses,
             "records": self.contradicted,
         }
-        return tuple(name for name, found in faults.items() if found)
+        return tuple(name for name, found in reasons.items() if found)
 
     @property
     def _spans_witnesses(self) -> bool:

@@ -208,7 +208,7 @@ class ForceEffect(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorEffect(Effect):
-    """A fault of the sensor.
+    """An error of the sensor.
 
     Attributes
     ----------

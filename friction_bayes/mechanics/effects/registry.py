@@ -16,7 +16,6 @@ __all__ = [
     "check_effects",
     "effect_named",
     "force_effects",
-    "force_offsets",
     "force_vector",
     "parse_effects",
     "register",
@@ -102,15 +101,6 @@ def check_effects(names: Mapping[str, object] | tuple[str, ...]) -> None:
 def force_effects() -> tuple[ForceEffect, ...]:
     """Return the force effects in order of registration."""
     return tuple(effect for effect in EFFECTS.values() if isinstance(effect, ForceEffect))
-
-
-def force_offsets() -> dict[str, int]:
-    """Return where each force effect's parameters begin in the parameter vector."""
-    offsets, position = {}, 0
-    for effect in force_effects():
-        offsets[effect.name] = position
-        position += len(effect.parameters)
-    return offsets
 
 
 def force_vector(values: Mapping[str, tuple[float, ...]]) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["is_clock_time", "seconds_from_first"]
+__all__ = ["is_clock_time", "seconds_of_clock_times"]
 
 _CLOCK = re.compile(
     r"(?:(?:(?P<year>\d{4})[-/.](?P<month>\d\d?)[-/.](?P<day>\d\d?)"
@@ -31,7 +31,7 @@ def is_clock_time(cell: str) -> bool:
     return _CLOCK.fullmatch(cell) is not None
 
 
-def seconds_from_first(cells: Sequence[str]) -> Array | None:
+def seconds_of_clock_times(cells: Sequence[str]) -> Array | None:
     """Return times of the day, shape (n,), as seconds from the first; None where a cell holds no time.
 
     Without dates a time that is earlier by more than half a day is one of the next day. So it is where dates

@@ -98,8 +98,8 @@ def _vectors(path: str) -> dict[str, NDArray[Any]]:
         if item.size < 2 or item.size != max(item.shape):
             return
         vectors[f"vector{len(listed)}"] = np.asarray(item).ravel()
-        told = {key: np.asarray(item.attrs[key]) for key in item.attrs if key not in _SCALES}
-        plain = {key: value.item() for key, value in told.items() if value.size == 1}
+        stated = {key: np.asarray(item.attrs[key]) for key in item.attrs if key not in _SCALES}
+        plain = {key: value.item() for key, value in stated.items() if value.size == 1}
         texts = {key: _text(value) for key, value in plain.items() if isinstance(value, str | bytes)}
         numbers = {key: value for key, value in plain.items() if isinstance(value, int | float)}
         listed.append((name, texts | numbers))

@@ -187,7 +187,7 @@ def _listed(table: Table) -> str:
 
 
 def _named(table: Table, place: str, option: str, wanted: str | int) -> str:
-    """Return the column an option asks for, by name or by position counted from zero."""
+    """Return the column that an option names, by name or by position counted from zero."""
     key, names = str(wanted), list(table.columns)
     if key in table.columns:
         return key
@@ -233,12 +233,12 @@ def is_time(name: str, column: Column) -> bool:
 
 def meanings(table: Table) -> dict[str, str]:
     """Say of each column what its name, or the file, states: quantity and unit; empty where neither does."""
-    told = {}
+    described = {}
     for name, column in table.columns.items():
         kind, unit = _stated(split_run(name)[0], column)
         what = "time" if is_time(split_run(name)[0], column) else "" if kind is None else words(kind.name)
-        told[name] = f"{what} [{unit}]".strip() if unit else what
-    return told
+        described[name] = f"{what} [{unit}]".strip() if unit else what
+    return described
 
 
 def _signal_name(

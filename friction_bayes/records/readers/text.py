@@ -16,7 +16,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, known_units
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
+from friction_bayes.records.readers.clock_times import is_clock_time, seconds_of_clock_times
 from friction_bayes.records.readers.headers import read_header
 from friction_bayes.records.readers.labview import completed
 from friction_bayes.records.readers.table import Column, Table
@@ -328,7 +328,7 @@ def _is_number(cell: str) -> bool:
 
 def _clock_times(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
     """Convert a column of times of the day."""
-    seconds = seconds_from_first(cells)
+    seconds = seconds_of_clock_times(cells)
     if seconds is not None:
         return seconds
     row, cell = next(

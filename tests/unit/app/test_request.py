@@ -61,8 +61,8 @@ def test_a_pendulum_of_a_length_is_one_of_inertia_and_stiffness() -> None:
     asked = request(system="mass on a string or rod", values={"mass": 0.2, "length": 0.5})
     assert "fb.Pendulum(mass=0.2, length=0.5)" in asked.python()
     declared = fb.Pendulum(mass=0.2, length=0.5)
-    told = f"--inertia {declared.inertia} --stiffness {declared.stiffness} --start 0.25 --pendulum"
-    assert told in asked.command_line()
+    reported = f"--inertia {declared.inertia} --stiffness {declared.stiffness} --start 0.25 --pendulum"
+    assert reported in asked.command_line()
 
 
 def test_what_is_missing_is_asked_for() -> None:

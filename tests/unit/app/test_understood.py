@@ -23,7 +23,7 @@ def test_columns_and_record(tmp_path: Path) -> None:
     assert later.record.size < later.whole.size == whole.record.size
 
 
-def test_what_is_unclear_is_told_in_the_words_of_the_page(tmp_path: Path) -> None:
+def test_what_is_unclear_is_reported_in_the_words_of_the_page(tmp_path: Path) -> None:
     path = tmp_path / "weg.csv"
     time = np.arange(400) / 100.0
     rows = (f"{t:.2f};{9.0 * np.cos(9.0 * t):.4f}".replace(".", ",") for t in time)

@@ -60,9 +60,9 @@ def test_a_notebook_shows_the_lines_and_escapes_names(estimate: fb.Estimate, loo
 
 
 def test_an_estimate_in_xarray_says_the_same(estimate: fb.Estimate) -> None:
-    found, told = estimate.to_xarray(), estimate.to_dict()
-    low, high = told["friction"]["interval90"]
-    expected = [told["friction"]["mean"], told["friction"]["sd"], low, high]
+    found, reported = estimate.to_xarray(), estimate.to_dict()
+    low, high = reported["friction"]["interval90"]
+    expected = [reported["friction"]["mean"], reported["friction"]["sd"], low, high]
     np.testing.assert_allclose(found["friction"], expected, rtol=1e-15)
     assert found["friction"].attrs["units"] == "N"
     np.testing.assert_allclose(found["fitted"] + found["residual"], found["signal"], atol=1e-15)

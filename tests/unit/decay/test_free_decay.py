@@ -236,9 +236,9 @@ def test_a_frequency_far_from_the_declared_one_is_said_with_its_likely_cause(
     signal, _ = decay_signal("displacement", 200.0, 8.0)
     declared = Oscillator(mass=mass, stiffness=SYSTEM.stiffness, mass_sd=mass_sd)
     decay = found(signal, 200.0, "displacement", declared)
-    told = decay.far_from_declared(decay.frequency)
-    assert said in told
-    assert bool(told) == bool(said)
+    reported = decay.far_from_declared(decay.frequency)
+    assert said in reported
+    assert bool(reported) == bool(said)
     assert decay.both_frequencies(2.0 * math.pi).startswith("swings at 1 Hz, declared mass and stiffness")
 
 
@@ -258,9 +258,9 @@ def test_a_far_swing_hides_no_wrong_multiple_of_the_frequency(declared: float, w
         seed=1,
     )
     decay = find_free_decay(record, Pendulum(inertia=0.5, stiffness=declared))
-    told = decay.far_from_declared(decay.frequency)
-    assert word in told
-    assert bool(told) == bool(word)
+    reported = decay.far_from_declared(decay.frequency)
+    assert word in reported
+    assert bool(reported) == bool(word)
 
 
 RATE = 200.0
@@ -277,7 +277,7 @@ def with_lost(*lost: slice) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("first", [3, 100, 117, 400, 597])
-def test_a_gap_of_less_than_a_quarter_of_a_period_costs_what_it_would_have_told(first: int) -> None:
+def test_a_gap_of_less_than_a_quarter_of_a_period_costs_what_it_would_have_shown(first: int) -> None:
     """Seventeen intervals of 69 a period; the number of samples in it does not matter."""
     whole = estimate(make_record(*with_lost(), "displacement"), SYSTEM)
     lacking = estimate(make_record(*with_lost(slice(first, first + 16)), "displacement"), SYSTEM)

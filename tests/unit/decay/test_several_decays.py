@@ -1,4 +1,4 @@
-"""Several free decays in one recording: found, told from what else rises, and cut."""
+"""Several free decays in one recording: found, separated from what else rises, and cut."""
 
 from __future__ import annotations
 

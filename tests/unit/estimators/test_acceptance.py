@@ -54,7 +54,7 @@ def test_many_amplitudes_must_reach_the_share() -> None:
     assert not verdict(0.99 * SHARE)
 
 
-def test_noisier_record_is_refused_and_told_why(rng: np.random.Generator) -> None:
+def test_noisier_record_is_refused_with_the_reason(rng: np.random.Generator) -> None:
     set_up, new = precision_of(rng.normal(0.07, 0.1, 51)), precision_of(rng.normal(0.07, 0.5, 12))
     acceptance = accept_by_set_up(new, set_up, unit="1/N2")
     assert not acceptance.accepted

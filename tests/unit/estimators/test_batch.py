@@ -120,12 +120,12 @@ def test_methods_by_amplitudes_are_warned_of_as_one_record_is(method: str) -> No
     with pytest.warns(RecordWarning):
         result = estimate_batch(values, SYSTEM, sampling_rate=100.0, method=method)
     for row, bits in zip(values, result["warnings"].values.tolist(), strict=True):
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as reported:
             warnings.simplefilter("always")
             one = estimate(
                 make_record(np.arange(row.size) / 100.0, row, "displacement"), SYSTEM, method=method
             )
-        texts = " ".join([*one.notes, *(str(each.message) for each in told)])
+        texts = " ".join([*one.notes, *(str(each.message) for each in reported)])
         assert {name for name, text in SAID.items() if text in texts} == names_of(bits)
 
 
@@ -217,8 +217,8 @@ def test_bad_records_are_flagged() -> None:
     result = estimate_batch(values, SYSTEM, sampling_rate=RATE)
     names = result["status"].attrs["flag_meanings"].split()
     assert tuple(names) == STATUS
-    told = [names[code] for code in result["status"].values]
-    assert told == ["ok", "not_finite", "constant", "no_oscillation", "clipped", "ok", "several_modes"]
+    reported = [names[code] for code in result["status"].values]
+    assert reported == ["ok", "not_finite", "constant", "no_oscillation", "clipped", "ok", "several_modes"]
     usable = result["status"].values == 0
     for name in ("friction_mean", "friction_sd", "noise_sd", "frequency"):
         np.testing.assert_array_equal(np.isfinite(result[name].values), usable)
@@ -338,7 +338,7 @@ DOUBTS = {
     "drive": (driven_decay(), {"driven_before"}),
     "stray sample": (long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=3), {"samples_set_aside"}),
 }
-"""Records of which ``estimate`` says something before or beside the number, and which warnings these are."""
+"""Records of which ``estimate`` says something before or next to the number, and which warnings these are."""
 SAID = {
     "faster_loss": "falls faster while it is larger",
     "later_start": "it does not fit the rest",
@@ -374,14 +374,14 @@ def test_what_estimate_says_has_its_bit_and_is_counted_once(random_force: str) -
     # the start may be moved on where a random force is looked for
     assert [names - {"later_start"} for names in found] == [names for _, names in DOUBTS.values()]
     for row, names in zip(values, found, strict=True):
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as reported:
             warnings.simplefilter("always")
             one = estimate(
                 make_record(np.arange(row.size) / 100.0, row, "displacement"),
                 SYSTEM,
                 random_force=random_force,
             )
-        texts = " ".join([*one.notes, *(str(each.message) for each in told)])
+        texts = " ".join([*one.notes, *(str(each.message) for each in reported)])
         assert {name for name, text in SAID.items() if text in texts} == names
 
 

@@ -175,7 +175,7 @@ def test_a_pendulum_at_large_swings(rng) -> None:
 
 @pytest.mark.parametrize("seed", [0, 6, 7])
 def test_far_swings_of_an_accelerometer_are_smoothed_until_slopes_serve(seed: int) -> None:
-    """The first motion, from the acceleration alone, is so far off that noise along it told a force."""
+    """The first motion, from the acceleration alone, is so far off that noise along it showed a force."""
     system = fb.Pendulum(inertia=0.5, stiffness=12.5)
     record = fb.simulate(
         system,

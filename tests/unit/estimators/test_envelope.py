@@ -10,7 +10,7 @@ from friction_bayes.core.quantities import QUANTITIES, inverse_square
 from friction_bayes.core.system import Pendulum
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import track_phase
-from friction_bayes.estimators.envelope.estimator import COEFFICIENTS, EnvelopeEstimator
+from friction_bayes.estimators.envelope.estimator import ENVELOPE_COEFFICIENTS, EnvelopeEstimator
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
@@ -88,7 +88,7 @@ def test_noisy_record(order: int, seed: int) -> None:
     assert np.ptp(fit.target.log_prob(theta) - fit.target.closed_form(theta)) < 1e-8
     drawn = fit.target.posterior(fit.target.centre[None])
     assert drawn["friction"][0] == pytest.approx(fit.coefficient.mean() * factor)
-    assert set(drawn) == {"friction", COEFFICIENTS[0], COEFFICIENTS[2], "precision"}
+    assert set(drawn) == {"friction", ENVELOPE_COEFFICIENTS[0], ENVELOPE_COEFFICIENTS[2], "precision"}
     assert fit.target.observed.size == fit.amplitudes + 1
 
 

@@ -32,7 +32,7 @@ def test_what_is_taken_as_exact_is_named(quantity: str, said: str, seed: int) ->
     assert any(note.startswith(said) for note in fb.estimate(record, wheel, method="envelope").notes)
 
 
-def test_a_few_half_cycles_that_grow_are_told() -> None:
+def test_a_few_half_cycles_that_grow_are_reported() -> None:
     time = np.arange(0.0, 2.0, 0.01)
     record = fb.make_record(time, (0.01 + 0.002 * time) * np.cos(10.0 * time), "displacement")
     with pytest.raises(fb.InputError, match="friction is negative, which no contact has"):
@@ -49,5 +49,5 @@ def test_what_another_frequency_means_for_a_signal_of_no_scale() -> None:
     wrong = fb.Oscillator(mass=2.0 * SYSTEM.mass, stiffness=SYSTEM.stiffness)
     with pytest.warns(fb.RecordWarning, match="friction in px does not depend on them, but a force"):
         estimate = fb.estimate(video, wrong, method="envelope")
-    told = fb.estimate(video, SYSTEM, method="envelope")
-    assert estimate.friction.mean() == pytest.approx(told.friction.mean(), rel=1e-6)
+    reported = fb.estimate(video, SYSTEM, method="envelope")
+    assert estimate.friction.mean() == pytest.approx(reported.friction.mean(), rel=1e-6)

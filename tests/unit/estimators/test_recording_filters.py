@@ -75,7 +75,7 @@ def test_a_filter_that_was_empty_differs_by_what_it_remembers(kind: int, order: 
 
 @pytest.mark.parametrize(("order", "corner"), [(2, 12.0), (4, 8.0)])
 def test_a_record_may_begin_with_an_empty_filter(order: int, corner: float) -> None:
-    """Its corner is told by noise 80 dB below the motion, and friction to 1e-3."""
+    """Its corner is determined by noise 80 dB below the motion, and friction to 1e-3."""
     record = filtered("displacement", corner, order=order, start=0.04, duration=9.0)
     found = fb.estimate(record, SYSTEM)
     assert found.friction.mean() == pytest.approx(1.0, abs=1e-3)

@@ -194,7 +194,7 @@ def test_natural_parameters_carry_the_force() -> None:
     assert natural["precision"][0] == pytest.approx(result.precision.mean(), rel=0.01)
 
 
-def test_coloured_residuals_are_told(rng: np.random.Generator) -> None:
+def test_coloured_residuals_are_reported(rng: np.random.Generator) -> None:
     smooth = np.convolve(rng.standard_normal(2005), np.ones(6) / 6.0, mode="valid")
     assert whiteness(smooth).p_value < 1e-12
     assert whiteness(smooth).lag1 == pytest.approx(5.0 / 6.0, abs=0.1)
@@ -264,14 +264,14 @@ def test_improper_prior_has_no_draws(rng: np.random.Generator) -> None:
 
 
 @pytest.mark.parametrize(
-    ("quantity", "noise_sd", "told"),
+    ("quantity", "noise_sd", "reported"),
     [("velocity", 1e-3, False), ("acceleration", 1e-3, False), ("acceleration", 0.3, True)],
 )
-def test_says_where_the_signal_jumps(quantity: str, noise_sd: float, told: bool) -> None:
+def test_says_where_the_signal_jumps(quantity: str, noise_sd: float, reported: bool) -> None:
     """Samples near a turning point do not count; with so much noise others may lie at one."""
     decay = find_free_decay(short_decay(friction=FRICTION, noise_sd=noise_sd, quantity=quantity), SYSTEM)
     notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
-    assert any("jumps at its turning points" in note for note in notes) is told
+    assert any("jumps at its turning points" in note for note in notes) is reported
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES[:2])

@@ -48,7 +48,7 @@ def _coulomb_changes() -> np.ndarray:
 
 
 def _what_coulomb_leaves(signal: np.ndarray) -> float:
-    """Euclidean length of a change of the signal beside those of a Coulomb decay's own parameters."""
+    """Euclidean length of a change of the signal next to those of a Coulomb decay's own parameters."""
     basis, change = _coulomb_changes(), signal - PLAIN_SIGNAL
     return float(np.linalg.norm(change - basis @ (basis.T @ change)))
 

@@ -67,7 +67,7 @@ def test_effects_act_as_often_as_the_loop_states(rng: np.random.Generator) -> No
 @pytest.mark.parametrize("name", NAMES)
 def test_parameters_come_from_the_stated_prior(name: str, rng: np.random.Generator) -> None:
     if name in (RANDOM_FORCE, "second_mode"):
-        pytest.skip("drawn with the friction, or where it can be told from the motion's harmonics")
+        pytest.skip("drawn with the friction, or where it can be separated from the motion's harmonics")
     setting = replace(SETTING, quantity="angle", swing=2.0)
     drawn = np.array([loop_priors._draw_parameters(name, setting.scales, rng)[0] for _ in range(300)])
     prior = EFFECTS[name].priors(setting.scales)[0]

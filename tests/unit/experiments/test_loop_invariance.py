@@ -22,7 +22,7 @@ def test_a_plain_record_stays_what_it_is(seed: int, monkeypatch: pytest.MonkeyPa
 
 
 def test_what_moves_is_counted_and_named() -> None:
-    told = xr.Dataset(
+    reported = xr.Dataset(
         {
             "mean_moves": (("record", "change"), [[0.01, 0.3], [0.02, 0.0]]),
             "end_moves": (("record", "change"), [[0.1, 0.2], [0.3, 0.0]]),
@@ -30,7 +30,7 @@ def test_what_moves_is_counted_and_named() -> None:
         },
         coords={"change": ["mirrored", "in grams"], "kind": ("record", ["first", "second"])},
     )
-    mirrored, grams = rows(told)
+    mirrored, grams = rows(reported)
     assert mirrored.ours == "1 of 2 stay, 2 verdicts"
     assert "in second" in mirrored.remark
     assert grams.ours == "1 of 2 stay, 1 verdicts"

@@ -34,8 +34,8 @@ def made_up(ratios: Mapping[str, Sequence[float | None]], **texts: str) -> xr.Da
         for record in ratios
         for setting, factor, again in VARIANTS
     ]
-    told = dict.fromkeys(NUMBERS, 1.0) | dict.fromkeys(TEXTS, "explained") | texts
-    return assemble(every, [told | {"held_out_after": each} for row in ratios.values() for each in row])
+    reported = dict.fromkeys(NUMBERS, 1.0) | dict.fromkeys(TEXTS, "explained") | texts
+    return assemble(every, [reported | {"held_out_after": each} for row in ratios.values() for each in row])
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ def test_every_variant_is_scored_on_the_same_records() -> None:
     assert [line["without a forecast"] for line in details(dataset)] == ["0", "2", "0", "0"]
 
 
-def test_every_variant_is_told(three: xr.Dataset) -> None:
+def test_every_variant_is_reported(three: xr.Dataset) -> None:
     lines = details(three)
     assert [line["variant"] for line in lines] == list(NAMES)
     varied = [settings.SETTINGS.force_share * factor for factor in (0.5, 2.0)]

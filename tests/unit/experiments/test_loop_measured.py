@@ -59,9 +59,9 @@ def test_identified_law_is_the_posterior_median(loop_report: LoopReport) -> None
 
 def results(names: Sequence[str], **columns: Sequence[Any]) -> xr.Dataset:
     """Results of as many records as are named, equal but for some columns."""
-    told = dict.fromkeys(NUMBERS, 1.0) | dict.fromkeys(TEXTS, "") | {name: [0.0, 1.0] for name in SERIES}
-    told |= {"candidates": '[{"effects": [], "probability": 1.0}]', "friction_after_low": 0.0}
-    each = [told | {name: values[k] for name, values in columns.items()} for k in range(len(names))]
+    reported = dict.fromkeys(NUMBERS, 1.0) | dict.fromkeys(TEXTS, "") | {name: [0.0, 1.0] for name in SERIES}
+    reported |= {"candidates": '[{"effects": [], "probability": 1.0}]', "friction_after_low": 0.0}
+    each = [reported | {name: values[k] for name, values in columns.items()} for k in range(len(names))]
     return assemble([{"record": name} for name in names], each)
 
 
@@ -103,19 +103,19 @@ def test_verdicts_rigs_and_sensors_are_judged() -> None:
             noise_over_step=[0.9, 1.2, 2.0, float("nan")],
         )
     )
-    told = {row.what: row for row in table}
-    clear = told["records adequate, explained or ambiguous"]
+    reported = {row.what: row for row in table}
+    clear = reported["records adequate, explained or ambiguous"]
     assert clear.ours.startswith("75 %: ")
     assert clear.remark == "missed"
-    rig = told["pasco-oscillator without the magnet: reduced chi-square of friction between 4 records"]
+    rig = reported["pasco-oscillator without the magnet: reduced chi-square of friction between 4 records"]
     assert (rig.ours, rig.remark) == ("1.3", "reached")
-    sensor = told["pasco-oscillator: noise of the sensor over its step over sqrt(12)"]
+    sensor = reported["pasco-oscillator: noise of the sensor over its step over sqrt(12)"]
     assert sensor.ours == "0.9 to 2; 2 of 3 records with a step"
     assert sensor.remark == "missed"
 
 
 def test_dry_friction_is_asked_of_the_springs() -> None:
     names = [f"spring-with-dampers/{part}" for part in ("free", "cardboard", "rubbing")]
-    told = {row.what: row for row in rows(results(names, dry_friction=[0.05, 0.3, 0.99]))}
-    words = [told[f"{name}: probability that dry friction matters"].remark for name in names]
+    reported = {row.what: row for row in rows(results(names, dry_friction=[0.05, 0.3, 0.99]))}
+    words = [reported[f"{name}: probability that dry friction matters"].remark for name in names]
     assert words == ["reached", "missed", "reached"]

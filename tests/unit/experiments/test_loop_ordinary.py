@@ -18,8 +18,8 @@ def test_a_row_tells_what_was_refused_and_what_was_covered() -> None:
     assert clean["covered"] in ("0 of 1", "1 of 1")
     assert drive["covered"] == ""
     assert abs(float(clean["friction / truth"]) - 1.0) < 0.1
-    told = {row.what: row.ours for row in rows(dataset)}
-    assert told["refused"] == "1"
+    reported = {row.what: row.ours for row in rows(dataset)}
+    assert reported["refused"] == "1"
 
 
 def test_each_sensor_has_as_many_records() -> None:

@@ -22,7 +22,7 @@ def test_a_setting_is_varied_and_put_back() -> None:
     assert settings.SETTINGS is before
 
 
-def test_what_moves_is_told_of_each_setting() -> None:
+def test_what_moves_is_reported_of_each_setting() -> None:
     found = {
         "report": ["a", ""],
         "verdict": ["adequate", "refused"],

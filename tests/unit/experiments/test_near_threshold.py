@@ -36,17 +36,17 @@ def records() -> xr.Dataset:
 
 
 def test_all_kinds_together() -> None:
-    told = {row.what: row for row in rows(records())}
+    reported = {row.what: row for row in rows(records())}
     assert len(EVERY) == 18
-    assert told["cancelling_pair"].ours.startswith("covers 30 ")
-    assert told["kinds covered less than 80%"].ours == "1"
-    assert told["kinds covered less than 80%"].remark == "cancelling_pair 30%"
+    assert reported["cancelling_pair"].ours.startswith("covers 30 ")
+    assert reported["kinds covered less than 80%"].ours == "1"
+    assert reported["kinds covered less than 80%"].remark == "cancelling_pair 30%"
     # 172 of 179
-    assert told["all kinds, trusted"].ours.startswith("covers 96 ")
-    assert told["truth more than a whole width off"].ours.startswith("0.6 ")
-    assert told["verdict other than unexplained"].ours.startswith("99.4 ")
+    assert reported["all kinds, trusted"].ours.startswith("covers 96 ")
+    assert reported["truth more than a whole width off"].ours.startswith("0.6 ")
+    assert reported["verdict other than unexplained"].ours.startswith("99.4 ")
     narrow, wide = (
-        told[f"friction moves by less than 0.5 sd with priors of effects ten times as {word}"]
+        reported[f"friction moves by less than 0.5 sd with priors of effects ten times as {word}"]
         for word in ("narrow", "wide")
     )
     assert narrow.remark == "179 records, largest 0.2 sd; not told in 0"

@@ -176,7 +176,7 @@ def test_the_truth_is_that_of_the_part_that_was_fitted(rng: np.random.Generator)
 
 
 def test_a_witness_is_judged_where_there_is_one(rng: np.random.Generator, monkeypatch) -> None:
-    told = fb.estimate(
+    reported = fb.estimate(
         fb.simulate(
             fb.Oscillator(mass=10.0, stiffness=1000.0),
             friction=1.0,
@@ -188,11 +188,11 @@ def test_a_witness_is_judged_where_there_is_one(rng: np.random.Generator, monkey
         ),
         fb.Oscillator(mass=10.0, stiffness=1000.0),
     )
-    summary = told.to_dict()
+    summary = reported.to_dict()
     heard = {"friction": {"mean": 0.9, "interval90": [0.8, 0.95]}, "agrees": False}
 
     class Estimate:
-        decay = told.decay
+        decay = reported.decay
 
         def to_dict(self) -> dict[str, object]:
             return summary | {"witness": heard}

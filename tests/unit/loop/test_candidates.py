@@ -14,7 +14,7 @@ from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
 from friction_bayes.loop.mixture.cells import Cells
-from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
+from friction_bayes.loop.mixture.mixture import CandidateMixture, mixture_of
 from friction_bayes.loop.report.contender import drawn_contender
 from loop_options import loop_options
 
@@ -132,7 +132,7 @@ def test_what_is_left_is_one_verdict(candidates: Candidates) -> None:
         assert candidates.explains
 
 
-def test_what_is_told_of_the_first_record_alone(candidates: Candidates) -> None:
+def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> None:
     model, z = candidates.simulated()
     segment = model.segments[0]
     predicted = model.predict_at(z, 0, segment.time)
@@ -181,7 +181,7 @@ def test_candidates_agree_on_friction_each_by_itself(
     drawn = [(c, mean) for c, mean in enumerate(means) if not math.isnan(mean)]
     friction = np.concatenate([rng.normal(mean, sd, 500) for _, mean in drawn])
     candidate, none = np.repeat([c for c, _ in drawn], 500), np.zeros(friction.size)
-    mixture = Mixture(
+    mixture = CandidateMixture(
         sets=tuple(frozenset({f"effect_{c}"}) for c in range(len(means))),
         probabilities=np.full(len(means), 1.0 / len(means)),
         of=None,  # type: ignore[arg-type]

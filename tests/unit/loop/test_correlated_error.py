@@ -1,4 +1,4 @@
-"""Errors of the sensor that neighbouring samples share: told from a random force, and none invented."""
+"""Errors of the sensor that neighbouring samples share: separated from a random force, and none invented."""
 
 from __future__ import annotations
 

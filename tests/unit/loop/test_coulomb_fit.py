@@ -10,7 +10,7 @@ import friction_bayes as fb
 from decays import SYSTEM, long_decay
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.coulomb_fit import coulomb_model
+from friction_bayes.loop.infer.coulomb_fit import fit_coulomb
 
 
 def squares(fit: object, z: np.ndarray) -> float:
@@ -27,7 +27,7 @@ def squares(fit: object, z: np.ndarray) -> float:
 def test_the_mode_is_that_of_a_search_without_derivatives(quantity: str) -> None:
     noise = {"displacement": 5e-4, "velocity": 5e-3, "acceleration": 0.05}[quantity]
     record = long_decay(duration=6.0, seed=3, quantity=quantity, noise_sd=noise)
-    fit = coulomb_model(SYSTEM, cut_records([record], SYSTEM))
+    fit = fit_coulomb(SYSTEM, cut_records([record], SYSTEM))
     sd = np.sqrt(np.diag(fit.covariance))
     # a step of half a standard deviation in any direction raises minus twice the logarithm by a quarter
     for j in range(fit.z.size):
@@ -39,7 +39,7 @@ def test_the_mode_is_that_of_a_search_without_derivatives(quantity: str) -> None
 
 def test_curvature_is_that_of_least_squares() -> None:
     record = long_decay(duration=6.0, seed=3)
-    fit = coulomb_model(SYSTEM, cut_records([record], SYSTEM))
+    fit = fit_coulomb(SYSTEM, cut_records([record], SYSTEM))
     segment = fit.model.segments[0]
     noise = np.std(fit.free_residuals[0])
 
@@ -56,8 +56,8 @@ def test_curvature_is_that_of_least_squares() -> None:
 def test_records_share_friction_and_have_their_own_noise() -> None:
     quiet = long_decay(duration=6.0, seed=4, noise_sd=1e-5)
     loud = long_decay(duration=6.0, seed=5, noise_sd=1e-3)
-    both = coulomb_model(SYSTEM, cut_records([quiet, loud], SYSTEM))
-    alone = coulomb_model(SYSTEM, cut_records([quiet], SYSTEM))
+    both = fit_coulomb(SYSTEM, cut_records([quiet, loud], SYSTEM))
+    alone = fit_coulomb(SYSTEM, cut_records([quiet], SYSTEM))
     # the prior's unit is the amplitude of the records; the loud one adds a ten-thousandth of the information
     each = [fit.friction(np.random.default_rng(1), 20_000) for fit in (both, alone)]
     assert abs(each[0].mean() - each[1].mean()) < 0.2 * each[1].std()
@@ -66,7 +66,7 @@ def test_records_share_friction_and_have_their_own_noise() -> None:
 
 def test_a_motion_that_stops_within_the_record_is_followed() -> None:
     record = long_decay(duration=12.0, friction=0.8, seed=6)
-    fit = coulomb_model(SYSTEM, cut_records([record], SYSTEM))
+    fit = fit_coulomb(SYSTEM, cut_records([record], SYSTEM))
     assert np.isfinite(fit.predictions[0].stop_time)
     assert fit.model.value(fit.z, "friction") == pytest.approx(0.8, rel=0.01)
 
@@ -75,4 +75,25 @@ def test_a_motion_that_does_not_stay_finite_says_so(monkeypatch: pytest.MonkeyPa
     segments = cut_records([long_decay(duration=6.0, seed=3)], SYSTEM)
     monkeypatch.setattr(LoopModel, "predict", lambda *_: None)
     with pytest.raises(fb.InputError, match="no free decay under dry friction fits"):
-        coulomb_model(SYSTEM, segments)
+        fit_coulomb(SYSTEM, segments)
+
+
+def test_the_others_move_on_where_one_is_at_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction may not fall below twice the truth: the mode is then that of the others, given that."""
+    segments = cut_records([long_decay(duration=6.0, seed=3)], SYSTEM)
+    low, high = LoopModel(SYSTEM, segments).bounds
+    j = LoopModel(SYSTEM, segments).index("friction")
+    low[j] = LoopModel(SYSTEM, segments).coordinates[j].coordinate(0.5)
+    rest = LoopModel(SYSTEM, segments, ("sensor_offset",)).bounds[0].size - low.size
+    ends = np.append(low, np.full(rest, -np.inf)), np.append(high, np.full(rest, np.inf))
+    monkeypatch.setattr(LoopModel, "bounds", ends)
+    fit = fit_coulomb(SYSTEM, segments)
+    assert fit.model.value(fit.z, "friction") == pytest.approx(0.5)
+    gradient = fit.curvature(None)[1]
+    assert gradient[j] < 0.0
+    sd = np.sqrt(np.diag(fit.covariance))
+    for other in np.delete(np.arange(fit.z.size), j):
+        for side in (-0.5, 0.5):
+            moved = fit.z.copy()
+            moved[other] += side * sd[other]
+            assert squares(fit, moved) > squares(fit, fit.z)

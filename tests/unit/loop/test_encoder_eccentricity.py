@@ -1,4 +1,4 @@
-"""An error of the encoder that repeats with every turn, beside a force that fluctuates."""
+"""An error of the encoder that repeats with every turn, next to a force that fluctuates."""
 
 from __future__ import annotations
 

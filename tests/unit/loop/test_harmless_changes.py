@@ -17,7 +17,7 @@ from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.loop.noise.correlated_error import SensorError
-from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.problem import Problem
 from loop_options import loop_options
 from unsteady_decays import ERROR, correlated_record, fitted
@@ -76,7 +76,7 @@ def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.ra
 def log_density(fit: ForceFit, error: SensorError) -> float:
     """Log posterior density of an error of the sensor and the best force for it, up to a constant."""
     regression = replace(fit.regression, clock=error.of(fit.clock, fit.w0))
-    best = integrate(Problem.of(regression), fit.prior, only_mode=True)
+    best = integrate_force(Problem.of(regression), fit.prior, only_mode=True)
     return best.log_evidence - 0.125 * math.log(error.ratio) ** 2
 
 

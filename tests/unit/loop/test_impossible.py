@@ -16,7 +16,7 @@ from friction_bayes.loop.infer.impossible import impossible, integrate_possible
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.candidates import candidates_of
-from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.problem import Problem
 from loop_options import loop_options
 
@@ -69,7 +69,7 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     assert found is not None
 
     def integrated(law: LawAlongMotion) -> Posterior:
-        return integrate(Problem.of(law.regression), law.prior.without_force)
+        return integrate_force(Problem.of(law.regression), law.prior.without_force)
 
     def once_a_turn(law: Array) -> float:
         names = [column.parameter for column in found.law.columns]

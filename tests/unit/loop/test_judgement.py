@@ -172,10 +172,10 @@ def test_held_samples_measure_no_noise(seed: int) -> None:
 def test_the_range_of_friction_spans_the_means_of_its_readings() -> None:
     rng = np.random.default_rng(3)
     readings = [Reading(f"around {c}", rng.normal(c, 0.01, 500)) for c in (1.0, 2.0, 4.0)]
-    told = friction_range(readings, 10.0, "N")
-    assert told["low"] == pytest.approx(10.0, abs=0.05)
-    assert told["high"] == pytest.approx(40.0, abs=0.05)
-    assert told["unit"] == "N"
+    reported = friction_range(readings, 10.0, "N")
+    assert reported["low"] == pytest.approx(10.0, abs=0.05)
+    assert reported["high"] == pytest.approx(40.0, abs=0.05)
+    assert reported["unit"] == "N"
 
 
 def test_friction_has_no_range_where_a_law_explains_the_record(seed: int) -> None:

@@ -48,14 +48,14 @@ def _kicks(rng: np.random.Generator):
     return lambda t: 1.5 * (-1.0) ** int(np.searchsorted(times, t))
 
 
-def test_a_knock_is_told_in_the_report() -> None:
+def test_a_knock_is_reported_in_the_report() -> None:
     rng = np.random.default_rng(3)
     motion = unsteady_motion(rng, 0.2, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[0]
     record = sensed(motion + WHITE * rng.standard_normal(motion.size))
     report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
-    told = [note for note in report.notes if "knocked at" in note]
-    assert len(told) == 1
-    assert "N where it is largest" in told[0]
+    reported = [note for note in report.notes if "knocked at" in note]
+    assert len(reported) == 1
+    assert "N where it is largest" in reported[0]
     low, high = report.friction_after["interval90"]
     assert low < FRICTION * SYSTEM.stiffness < high
     trace = report.traces[0].fluctuation

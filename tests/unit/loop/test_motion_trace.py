@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.infer.coulomb_fit import coulomb_model
+from friction_bayes.loop.infer.coulomb_fit import fit_coulomb
 from friction_bayes.loop.infer.law_draws import draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.report.motion_trace import motion_trace
@@ -19,7 +19,7 @@ def test_turning_points_of_a_law_without_a_force_do_not_fluctuate(rng: np.random
     )
     plain = np.array([not names for names in fit.sets.effects]) & fit.sets.columns[:, fit.law.dry_friction]
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & plain)
-    before = coulomb_model(SYSTEM, (fit.segment,))
+    before = fit_coulomb(SYSTEM, (fit.segment,))
     trace = motion_trace(alone, before, 0, draw_laws(LawFit.of(alone), rng, 100).first, fluctuates=False)
     lost = -np.diff(np.abs(trace.turning_points))
     assert np.std(lost) < 0.02 * np.mean(lost)

@@ -123,7 +123,7 @@ def test_with_two_rivals_the_worse_decided_one_counts(tied: tuple[Contender, Con
 @pytest.mark.parametrize(
     "forces", [((3.0, 0.4), (0.0, 1.0)), ((0.0, 1.0), (2.0, 3.0)), ((1.0, 0.3), (3.0, 2.0))]
 )
-def test_scatter_is_told_apart_as_dense_covariances_say(
+def test_scatter_is_separated_as_dense_covariances_say(
     forces: tuple[tuple[float, float], tuple[float, float]], order: int
 ) -> None:
     """Half of ``tr(inv(V2) V1) - n + log |V2| / |V1|``, the uncertainty of the law in both."""

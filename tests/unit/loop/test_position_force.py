@@ -1,4 +1,4 @@
-"""A force that repeats with every turn, beside one that fluctuates."""
+"""A force that repeats with every turn, next to one that fluctuates."""
 
 from __future__ import annotations
 

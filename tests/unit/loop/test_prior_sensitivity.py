@@ -13,6 +13,7 @@ from friction_bayes.mechanics.effects import EFFECTS
 
 ONE = (frozenset({"viscous_damping"}),)
 TWO = (frozenset[str](), frozenset({"viscous_damping"}))
+ALL = len(EFFECTS)
 
 
 def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> CandidateDraws:
@@ -38,12 +39,12 @@ def test_shift_is_that_of_the_other_posterior(factor: float) -> None:
     variance = 1.0 / (1.0 + sd**-2)
     other = mean / sd**2 / (factor**-2 + sd**-2)
     expected = (other - variance * mean / sd**2) / np.sqrt(variance)
-    assert prior_sensitivity(draws(mean, sd), ONE)[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
+    assert prior_sensitivity(draws(mean, sd), ONE, ALL)[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
 
 
-def test_a_posterior_that_lies_elsewhere_is_not_told() -> None:
+def test_a_posterior_that_lies_elsewhere_is_not_reported() -> None:
     # two standard deviations of the prior, known to a tenth: a tenth of the prior pulls it half way to zero
-    assert prior_sensitivity(draws(2.0, 0.1, 4000), ONE)["0.1"] is None
+    assert prior_sensitivity(draws(2.0, 0.1, 4000), ONE, ALL)["0.1"] is None
 
 
 def test_occam_factors_count() -> None:
@@ -60,7 +61,7 @@ def test_occam_factors_count() -> None:
         coefficients=with_one,
         squares=nothing,
     )
-    moved = prior_sensitivity(some, TWO)
+    moved = prior_sensitivity(some, TWO, ALL)
     assert moved["10"] == pytest.approx((1.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     assert moved["0.1"] == pytest.approx((10.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     # one given effect of n against none: odds 1 / (2 n - 1), with half of them expected 1 / (3 n - 1)
@@ -73,6 +74,26 @@ def test_occam_factors_count() -> None:
         assert moved[name] == pytest.approx((factor / (1.0 + factor) - 0.5) / 0.5, abs=1e-3)
 
 
+@pytest.mark.parametrize("evaluated", [1, 3, ALL])
+def test_the_number_expected_counts_among_the_effects_evaluated(evaluated: int) -> None:
+    """With twice as many expected of N, one of n has odds 1 / (N / 2 + n - 1), before 1 / (N + n - 1)."""
+    size = 40_000
+    with_one = np.arange(size) % 2
+    nothing = np.zeros(size)
+    some = CandidateDraws(
+        candidate=with_one,
+        friction=with_one.astype(float),
+        frequency=nothing + 1.0,
+        random_force=nothing,
+        correlation_time=nothing,
+        coefficients=with_one,
+        squares=nothing,
+    )
+    factor = (ALL + evaluated - 1) / (0.5 * ALL + evaluated - 1)
+    expected = (factor / (1.0 + factor) - 0.5) / 0.5
+    assert prior_sensitivity(some, TWO, evaluated)["inclusion_doubled"] == pytest.approx(expected, abs=1e-3)
+
+
 def test_a_report_says_it() -> None:
     damping = {"viscous_damping.damping_ratio": 0.002}
     record = slow_decay(duration=20.0, sampling_rate=100.0, effects=damping, seed=1)
@@ -82,7 +103,7 @@ def test_a_report_says_it() -> None:
     assert any(shift is not None and shift != 0.0 for shift in shifts.values())
 
 
-def test_what_a_few_far_draws_decide_is_not_told() -> None:
+def test_what_a_few_far_draws_decide_is_not_reported() -> None:
     """One draw in two thousand lies a hundred deviations off, and counts ten times as much."""
     rng = np.random.default_rng(3)
     friction, far = rng.standard_normal(4000), np.arange(4000) < 2
@@ -96,5 +117,5 @@ def test_what_a_few_far_draws_decide_is_not_told() -> None:
         coefficients=far.astype(int),
         squares=nothing,
     )
-    assert prior_sensitivity(some, TWO)["0.1"] is None
-    assert prior_sensitivity(some, TWO)["10"] is not None
+    assert prior_sensitivity(some, TWO, ALL)["0.1"] is None
+    assert prior_sensitivity(some, TWO, ALL)["10"] is not None

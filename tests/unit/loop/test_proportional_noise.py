@@ -1,4 +1,4 @@
-"""Noise in proportion to the signal: found as what it is, told from jitter and from outliers."""
+"""Noise in proportion to the signal: found as what it is, separated from jitter and from outliers."""
 
 from __future__ import annotations
 

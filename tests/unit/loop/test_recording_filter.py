@@ -19,7 +19,7 @@ OFFERED = [
     "random_force",
     "sensor_offset",
 ]
-"""Few of the catalogue, so that a test takes seconds; the filters are found beside all of it."""
+"""Few of the catalogue, so that a test takes seconds; the filters are found next to all of it."""
 
 
 @pytest.mark.parametrize(

@@ -68,12 +68,12 @@ def test_each_record_has_start_sensor_and_trace_of_its_own(report: fb.LoopReport
 def test_contradiction_is_said_and_drawn(report: fb.LoopReport) -> None:
     assert report.verdict == "unexplained"
     assert report.because == ("records",)
-    told = dict(loop_story(report.to_dict(), 2))
-    assert "contradict each other: friction is 0.0" in told["verdict"]
-    assert "in release-0" in told["verdict"]
-    assert "N in release-1, " in told["verdict"]
-    assert "release-1   0.07" in told["between records"]
-    assert "--varying-friction" in told["next experiment"]
+    reported = dict(loop_story(report.to_dict(), 2))
+    assert "contradict each other: friction is 0.0" in reported["verdict"]
+    assert "in release-0" in reported["verdict"]
+    assert "N in release-1, " in reported["verdict"]
+    assert "release-1   0.07" in reported["between records"]
+    assert "--varying-friction" in reported["next experiment"]
     labels = [text.get_text() for text in plot_friction_between_records(report).axes[0].get_yticklabels()]
     assert labels == ["release-0", "release-1", "mean"]
 
@@ -278,9 +278,9 @@ def test_a_shared_effect_that_differs_is_a_contradiction(report: fb.LoopReport) 
     found = fb.close_loop(damped, SYSTEM, seed=1, effects=EFFECTS)
     assert found.verdict == "unexplained"
     assert "records" in found.because
-    told = [note for note in found.notes if "one" in note]
-    assert len(told) == 1
-    assert "contradict one viscous_damping for all" in told[0]
-    assert "oil-0 0." in told[0]
-    assert "oil-1 1." in told[0]
+    reported = [note for note in found.notes if "one" in note]
+    assert len(reported) == 1
+    assert "contradict one viscous_damping for all" in reported[0]
+    assert "oil-0 0." in reported[0]
+    assert "oil-1 1." in reported[0]
     assert not any("contradict" in note for note in report.notes)

@@ -1,4 +1,4 @@
-"""A measured force beside a law whose force fluctuates: what the law explains, and what the fluctuation."""
+"""A measured force next to a law whose force fluctuates: what the law explains, and what the fluctuation."""
 
 from __future__ import annotations
 

@@ -107,8 +107,8 @@ def test_every_line_of_an_effect_is_reported(rng: np.random.Generator) -> None:
         assert abs(line["frequency"]["mean"] - frequency) < 4.0 * line["frequency"]["sd"] < 0.1
         assert abs(line["amplitude"]["mean"] - amplitude * size) < 4.0 * line["amplitude"]["sd"]
         assert line["decay_time"] is None
-    told = next(effect["parameters"] for effect in report.effects if effect["name"] == "second_mode")
-    assert told["decay_time"] in [line["decay_time"] for line in dying]
+    reported = next(effect["parameters"] for effect in report.effects if effect["name"] == "second_mode")
+    assert reported["decay_time"] in [line["decay_time"] for line in dying]
 
 
 @pytest.mark.parametrize("random_force", ["none", "auto"])

@@ -28,7 +28,7 @@ def test_it_is_found_beside_a_force_and_friction_with_it(rng: np.random.Generato
 
 
 @pytest.mark.parametrize("order", [0, 1])
-def test_a_scale_bent_on_both_sides_is_told_from_a_spring(rng: np.random.Generator, order: int) -> None:
+def test_a_scale_bent_on_both_sides_is_separated_from_a_spring(rng: np.random.Generator, order: int) -> None:
     fit = fitted(bent_record(rng, 0.0, order, cubic=-0.02), OFFERED)
     assert probability_of(fit, "sensor_nonlinearity") > 0.99
     assert size_of(fit, "cubic") * (RELEASE * 10.0**order) ** 2 == pytest.approx(-0.02, rel=0.1)

@@ -1,4 +1,4 @@
-"""Outliers and clipped samples beside a force that fluctuates: what is set aside, and what it is worth."""
+"""Outliers and clipped samples next to a force that fluctuates: what is set aside, and what it is worth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from experiments.simulation.simulated_fit import simulated_fit
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.noise.robust_samples import come_anywhere
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted
 
 NOISE = 2e-4
@@ -67,7 +67,7 @@ def test_outliers_are_found_beside_noise_that_grows(rng: np.random.Generator) ->
 
 
 def test_values_at_jumps_of_the_acceleration_stay_set_aside(rng: np.random.Generator) -> None:
-    """Beside outliers, and they are none themselves."""
+    """Next to outliers, and they are none themselves."""
     record, motion, far = decay(rng, force=0.0, hit=HIT, order=2)
     fit = fitted(record, ["random_force", "outliers"])
     assert fit.sensor_noise.contaminated
@@ -94,7 +94,7 @@ def test_what_comes_with_the_turning_points_is_no_outlier_of_the_sensor(rng: np.
 def test_outliers_come_at_any_time(low: float, high: float, rng: np.random.Generator) -> None:
     n = 2000
     time = np.arange(n) / n
-    motion = Motion(
+    motion = SmoothedMotion(
         states=np.column_stack([np.cos(200.0 * time), -np.sin(200.0 * time), np.zeros(n)]),
         covariance=np.zeros((n, 3, 3)),
         noise=1.0,
@@ -166,7 +166,7 @@ def test_samples_at_a_ceiling_that_may_not_be_one_were_measured(rng: np.random.G
 
 
 def test_a_law_that_cannot_matter_has_no_evidence(seed: int) -> None:
-    """Its coefficients are not looked at beside those of a set that is hundreds of nats more probable."""
+    """Its coefficients are not looked at next to those of a set that is hundreds of nats more probable."""
     effects = {"outliers.fraction": 0.03, "outliers.scale": 2e-3, "viscous_damping.damping_ratio": 0.03}
     (segment,) = cut_records([decays.short_decay(seed=seed, effects=effects)], decays.SYSTEM)
     both = ("viscous_damping", "outliers")

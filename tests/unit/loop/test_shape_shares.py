@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import halfnorm
 
-from friction_bayes.loop.columns.effect_columns import Column
+from friction_bayes.loop.columns.effect_columns import LawColumn
 from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import RELEASE, bent_record, fitted
 
@@ -27,6 +27,6 @@ def test_shares_of_the_prior_follow_it(rng: np.random.Generator, name: str) -> N
     assert np.argmax(share) == len(share) // 2
 
 
-def _of(fit: ForceFit, name: str, row: int) -> list[Column]:
+def _of(fit: ForceFit, name: str, row: int) -> list[LawColumn]:
     held = np.flatnonzero(fit.sets.columns[row])
     return [fit.law.columns[j] for j in held if fit.law.columns[j].effect == name]

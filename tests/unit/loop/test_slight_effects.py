@@ -120,7 +120,7 @@ def test_a_gain_that_drifts_either_way_may_be_answered_for(change: float, seed: 
     low, high = report.friction_after["interval90"]
     assert report.verdict != "unexplained"
     assert low < 0.07 < high
-    # beside no damping it is not
+    # next to no damping it is not
     low, high = fb.close_loop([drifting], SYSTEM, effects=[], seed=1).friction_after["interval90"]
     assert not low < 0.07 < high
 

@@ -143,7 +143,7 @@ def test_signal_to_noise_ratio_and_its_inverse():
 def test_effects_registered_from_outside_are_simulated(monkeypatch):
     zeta = 0.03
     theirs = simulate(SYSTEM, **COMMON, effects={"viscous_damping.damping_ratio": zeta})
-    # beside one effect of the catalogue: with all of them the integrator takes long to compile
+    # next to one effect of the catalogue: with all of them the integrator takes long to compile
     some = {"viscous_damping": EFFECTS["viscous_damping"]}
     monkeypatch.setattr("friction_bayes.mechanics.effects.registry.EFFECTS", some)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.monitor.clocks import Clock, ExponentialClock, JumpClock, KinkClock, PowerClock
+from friction_bayes.monitor.clocks import ExponentialClock, JumpClock, KinkClock, PowerClock, WearClock
 from friction_bayes.monitor.laws import fit_laws
 from friction_bayes.monitor.points import DetectionPoints
 from friction_bayes.monitor.remaining_life import remaining_life
@@ -25,7 +25,7 @@ CLOCKS = [
 
 
 @pytest.mark.parametrize("clock", CLOCKS, ids=repr)
-def test_a_clock_shows_nought_at_the_first_point_and_one_at_the_last(clock: Clock) -> None:
+def test_a_clock_shows_nought_at_the_first_point_and_one_at_the_last(clock: WearClock) -> None:
     np.testing.assert_allclose(clock.reading(np.array([0.0, 1.0])), [0.0, 1.0], atol=1e-12)
     reading = clock.reading(np.array([1.1, 1.7]))
     np.testing.assert_allclose(clock.when(reading), [1.1, 1.7], rtol=1e-9)
@@ -58,8 +58,8 @@ def test_the_evidence_names_the_law_and_the_life_holds(shape: str) -> None:
     friction, sd = 1.0 + 0.5 * worn(TIME), np.full(TIME.size, 0.005)
     found = fit_laws(100.0 * TIME, friction, sd)
     assert found.probabilities[law] > 0.9
-    told = found.remaining_life(2.0)
-    low, high = (told.ppf(q) / 100.0 for q in (0.05, 0.95))
+    reported = found.remaining_life(2.0)
+    low, high = (reported.ppf(q) / 100.0 for q in (0.05, 0.95))
     assert low <= life <= high
     assert math.isinf(high) == math.isinf(life)
 
@@ -122,19 +122,19 @@ def machine(friction: Array) -> DetectionPoints:
     )
 
 
-def test_a_crossing_that_was_repaired_is_told() -> None:
+def test_a_crossing_that_was_repaired_is_reported() -> None:
     report = follow(machine(np.array([0.5, 0.8, 1.1, 1.2, 0.5, 0.55])), 1.0)
     assert report.repaired_crossings == ["T3", "T4"]
     assert "at T3 to T4 and has fallen below it again" in report.advice()["text"]
-    told = report.to_dict()["prognostic_assessment"]
-    assert told["repaired_crossings"] == ["T3", "T4"]
-    ahead = told["not_reached_within_horizon"]
+    reported = report.to_dict()["prognostic_assessment"]
+    assert reported["repaired_crossings"] == ["T3", "T4"]
+    ahead = reported["not_reached_within_horizon"]
     assert ahead["horizon"] == 50.0
-    assert told["probability_never_reached"] <= ahead["probability"] <= 1.0
+    assert reported["probability_never_reached"] <= ahead["probability"] <= 1.0
 
 
 @pytest.mark.parametrize("friction", [[0.5, 0.6, 0.7, 0.8], [0.7, 0.9, 1.1, 1.2], [0.7, 0.8, 1.005, 0.9]])
-def test_no_repair_is_told_where_none_was(friction: list[float]) -> None:
+def test_no_repair_is_reported_where_none_was(friction: list[float]) -> None:
     report = follow(machine(np.array(friction)), 1.0)
     assert report.repaired_crossings == []
     assert "repair" not in report.advice()["text"]

@@ -147,8 +147,8 @@ def test_a_falling_friction_mostly_never_reaches_the_threshold() -> None:
     assert report.life.never > 0.5
     assert report.life.ppf(0.95) == math.inf
     assert report.advice()["case"] == "not_approaching"
-    told = json.loads(strict_json(report.to_dict()))["prognostic_assessment"]
-    assert told["remaining_life"]["interval90"][1] is None
+    reported = json.loads(strict_json(report.to_dict()))["prognostic_assessment"]
+    assert reported["remaining_life"]["interval90"][1] is None
     assert follow(points, 0.2).advice()["case"] == "threshold_passed"
     assert follow(points, None).advice()["case"] == "no_threshold"
 

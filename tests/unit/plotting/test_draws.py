@@ -42,10 +42,10 @@ def test_one_panel_a_scalar_parameter(tree: xr.DataTree) -> None:
 def test_without_arviz_says_in_a_line_what_would_draw(
     tree: xr.DataTree, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[str] = []
-    monkeypatch.setattr("friction_bayes.cli.sampled.note", told.append)
+    reported: list[str] = []
+    monkeypatch.setattr("friction_bayes.cli.sampled.note", reported.append)
     monkeypatch.setitem(sys.modules, "arviz", None)
     assert figures_of_draws(tree) == {}
-    (line,) = told
+    (line,) = reported
     assert 'pip install ".[arviz]"' in line
     assert "\n" not in line

@@ -13,7 +13,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers import archive, read_record
-from friction_bayes.records.readers.clock_times import seconds_from_first
+from friction_bayes.records.readers.clock_times import seconds_of_clock_times
 from kinds_of_files import write_old_workbook, write_workbook
 
 TIME = np.arange(120) * 0.05
@@ -151,7 +151,7 @@ def test_names_among_blanks_keep_their_units(tmp_path: Path, header: str, rule: 
 @pytest.mark.parametrize("start", [datetime(2024, 3, 1, 23, 59, 58), datetime(2024, 12, 31, 11, 0, 0)])
 def test_dates_of_either_order_go_on_beyond_midnight(form: str, start: datetime) -> None:
     cells = [(start + timedelta(seconds=float(t))).strftime(form) for t in TIME]
-    found = seconds_from_first(cells)
+    found = seconds_of_clock_times(cells)
     assert found is not None
     np.testing.assert_allclose(found, TIME, atol=1e-9)
 

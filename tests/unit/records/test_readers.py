@@ -110,12 +110,12 @@ def test_time_in_milliseconds(tmp_path) -> None:
 
 def test_options_tell_what_names_do_not(tmp_path) -> None:
     named = save(tmp_path, ROWS, "t,x")
-    told = {"quantity": "angle", "unit": "deg"}
-    by_name = read_record(named, time_column="t", signal_column="x", **told, name="mine")
+    stated = {"quantity": "angle", "unit": "deg"}
+    by_name = read_record(named, time_column="t", signal_column="x", **stated, name="mine")
     by_index = read_record(
-        save(tmp_path, ROWS, None, name="bare.txt"), time_column=0, signal_column="1", **told
+        save(tmp_path, ROWS, None, name="bare.txt"), time_column=0, signal_column="1", **stated
     )
-    by_rate = read_record(named, signal_column="x", sampling_rate=RATE, **told)
+    by_rate = read_record(named, signal_column="x", sampling_rate=RATE, **stated)
     for record in (by_name, by_index, by_rate):
         assert_is_the_signal(record, quantity="angle", unit="rad", scale=np.pi / 180.0)
     assert by_name.attrs["name"] == "mine"
@@ -132,7 +132,7 @@ def test_a_time_without_unit_is_in_seconds(tmp_path, time) -> None:
 
 
 @pytest.mark.parametrize(
-    ("header", "told", "unit", "scale"),
+    ("header", "stated", "unit", "scale"),
     [
         ("displacement_mV", {"scale": 2.0, "unit": "mm"}, "m", 2e-3),
         ("displacement_mm", {"scale": 1.02}, "m", 1.02e-3),
@@ -142,8 +142,8 @@ def test_a_time_without_unit_is_in_seconds(tmp_path, time) -> None:
         ("y", {"quantity": "acceleration", "scale": 0.5, "unit": "V/(m/s²)"}, "m/s2", 2.0),
     ],
 )
-def test_a_scale_with_its_unit(tmp_path, header, told, unit, scale) -> None:
-    record = read_record(save(tmp_path, ROWS, f"time_s,{header}"), **{"signal_column": 1, **told})
+def test_a_scale_with_its_unit(tmp_path, header, stated, unit, scale) -> None:
+    record = read_record(save(tmp_path, ROWS, f"time_s,{header}"), **{"signal_column": 1, **stated})
     assert_is_the_signal(record, quantity=record.attrs["quantity"], unit=unit, scale=scale)
 
 
@@ -185,7 +185,7 @@ def test_bad_rows_are_refused_and_named(tmp_path, rows, message) -> None:
         read_record(save(tmp_path, rows))
 
 
-def test_times_in_ms_are_told_in_ms(tmp_path) -> None:
+def test_times_in_ms_are_reported_in_ms(tmp_path) -> None:
     rows = [f"{1000 * float(t):g},{x}" for t, x in (row.split(",") for row in ROWS)]
     rows[15] = rows[12]
     with pytest.raises(InputError, match=r"runs backwards from 140 ms at row 17 \(t = 120 ms\)"):
@@ -194,8 +194,8 @@ def test_times_in_ms_are_told_in_ms(tmp_path) -> None:
 
 def test_without_a_header_it_is_said_how_to_name_the_columns(tmp_path) -> None:
     path = save(tmp_path, ROWS, None)
-    told = r"no header line.* column 0, 1; .* time_column=0 signal_column=1 quantity=displacement"
-    with pytest.raises(InputError, match=told):
+    stated = r"no header line.* column 0, 1; .* time_column=0 signal_column=1 quantity=displacement"
+    with pytest.raises(InputError, match=stated):
         read_record(path)
     read_record(path, time_column="0", signal_column="1", quantity="displacement", unit="m")
 
@@ -292,7 +292,7 @@ def capstone_rows(runs=CAPSTONE_SAMPLES):
 
 
 def save_capstone(folder, table, *, separator=";"):
-    """Write it as Capstone does: byte-order mark, quoted names, decimal commas beside semicolons."""
+    """Write it as Capstone does: byte-order mark, quoted names, decimal commas next to semicolons."""
     lines = [separator.join(f'"{name}"' for name in table[0])]
     lines += [separator.join(cells) for cells in table[1:]]
     if separator != ",":
@@ -306,8 +306,8 @@ def test_a_run_of_several(tmp_path, separator, run) -> None:
     path = save_capstone(tmp_path, capstone_rows(), separator=separator)
     samples = CAPSTONE_SAMPLES[run] - 1
     by_name, by_number = {"signal_column": "Angle, Ch 1+2 (rad)"}, {"time_column": 0, "signal_column": 1}
-    for told in ({"quantity": "angle"}, by_name, by_number):
-        record = read_record(path, run=run, **told)
+    for stated in ({"quantity": "angle"}, by_name, by_number):
+        record = read_record(path, run=run, **stated)
         assert (record.attrs["quantity"], record.attrs["units"]) == ("angle", "rad")
         np.testing.assert_allclose(record["time"].values, TIME[:samples], atol=1e-12)
         np.testing.assert_allclose(record.values, run * SIGNAL[:samples], atol=1e-7)
@@ -389,12 +389,12 @@ def test_seconds_are_times_in_any_language(tmp_path, clock) -> None:
 
 def test_a_bracket_that_is_no_unit_leaves_the_word_to_the_option(tmp_path) -> None:
     path = save(tmp_path, ROWS, "Time (s),Angle (encoder 1)")
-    told = {"signal_column": 1, "quantity": "angle"}
+    stated = {"signal_column": 1, "quantity": "angle"}
     assert_is_the_signal(
-        read_record(path, **told, unit="deg"), quantity="angle", unit="rad", scale=np.pi / 180.0
+        read_record(path, **stated, unit="deg"), quantity="angle", unit="rad", scale=np.pi / 180.0
     )
     with pytest.raises(InputError, match="is in encoder 1, which does not measure angle; give unit"):
-        read_record(path, **told)
+        read_record(path, **stated)
 
 
 def test_a_name_may_end_in_a_prime(tmp_path) -> None:
@@ -438,11 +438,11 @@ def test_mat_vectors_cells_and_structs(tmp_path) -> None:
     content = {"time_s": TIME, "displacement_mm": 1e3 * SIGNAL, "Y": cells, "note": "text"}
     savemat(path, {**content, "log": {"time": TIME[:, None], "signals": {"values": SIGNAL}}})
     assert_is_the_signal(read_record(path), rtol=1e-12)
-    told = {"quantity": "displacement", "unit": "m"}
+    stated = {"quantity": "displacement", "unit": "m"}
     for column in ("Y[0][0]", "Y[1]", "log.signals.values"):
-        assert_is_the_signal(read_record(path, time_column="log.time", signal_column=column, **told))
+        assert_is_the_signal(read_record(path, time_column="log.time", signal_column=column, **stated))
     with pytest.raises(InputError, match=r"give one of .*Y\[0\]\[0\], Y\[0\]\[1\], Y\[1\], log.time"):
-        read_record(path, signal_column="Z", **told)
+        read_record(path, signal_column="Z", **stated)
 
 
 def test_a_reader_registered_from_outside_is_found_by_its_suffix(tmp_path, monkeypatch) -> None:
@@ -559,7 +559,7 @@ def test_a_wav_without_a_rate_is_refused(tmp_path) -> None:
         read_record(path, quantity="displacement", unit="m")
 
 
-def test_wav_needs_to_be_told(tmp_path) -> None:
+def test_wav_needs_a_quantity_and_unit(tmp_path) -> None:
     wavfile.write(tmp_path / "float.wav", RATE, SIGNAL)
     wavfile.write(
         tmp_path / "counts.wav", RATE, np.stack([SIGNAL * 1e5, -SIGNAL * 1e5], axis=1).astype(np.int16)

@@ -166,7 +166,7 @@ def test_a_clock_that_begins_anew_is_two_recordings() -> None:
         validate_record(record_over(swapped))
 
 
-def test_times_are_told_in_the_unit_of_the_file() -> None:
+def test_times_are_reported_in_the_unit_of_the_file() -> None:
     backwards = TIME.copy()
     backwards[50] = TIME[48]
     with pytest.raises(InputError, match=r"runs backwards from 490 ms at sample 51 \(t = 480 ms\)"):

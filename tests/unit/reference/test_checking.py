@@ -27,8 +27,8 @@ def test_no_verdict_is_null_and_said_so(estimate: fb.Estimate, monkeypatch: pyte
     assert "not judged" in summary["because"]
     result = estimate.to_dict(summary)
     assert json.loads(strict_json(result))["reference"]["agrees"] is None
-    told = estimate_table(result).columns[1]._cells
-    assert any("NOT JUDGED" in str(cell) and "DOES NOT AGREE" not in str(cell) for cell in told)
+    reported = estimate_table(result).columns[1]._cells
+    assert any("NOT JUDGED" in str(cell) and "DOES NOT AGREE" not in str(cell) for cell in reported)
     assert "NOT JUDGED" in str(disagreements([result])[0])
 
 
@@ -39,5 +39,5 @@ def test_verdict_and_time(estimate: fb.Estimate) -> None:
     assert summary["seed"] == 1
     closed, sampled = estimate.friction, summary["friction"]["mean"]
     assert summary["difference_in_sd"] == pytest.approx((sampled - closed.mean()) / closed.std(), abs=1e-9)
-    told = estimate_table(estimate.to_dict(summary)).columns[1]._cells
-    assert any(f"means {abs(summary['difference_in_sd']):.2f} sd apart" in str(cell) for cell in told)
+    reported = estimate_table(estimate.to_dict(summary)).columns[1]._cells
+    assert any(f"means {abs(summary['difference_in_sd']):.2f} sd apart" in str(cell) for cell in reported)

@@ -226,12 +226,12 @@ def test_an_improper_prior_is_not_drawn_from() -> None:
     assert tree.attrs["prior"] == "improper"
 
 
-def test_progress_is_told(target: Target) -> None:
-    told: list[tuple[int, int]] = []
-    sample_target(target, seed=3, progress=lambda done, due: told.append((done, due)))
-    assert all(done <= due for done, due in told)
-    assert told[-1][0] == told[-1][1]
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
+def test_progress_is_reported(target: Target) -> None:
+    reported: list[tuple[int, int]] = []
+    sample_target(target, seed=3, progress=lambda done, due: reported.append((done, due)))
+    assert all(done <= due for done, due in reported)
+    assert reported[-1][0] == reported[-1][1]
+    assert [done for done, _ in reported] == sorted(done for done, _ in reported)
 
 
 def test_from_a_record() -> None:

@@ -275,11 +275,11 @@ def test_the_headline_says_at_once_that_friction_is_agreed_on(
     loop_report: LoopReport, drawn: Mapping[str, bytes]
 ) -> None:
     report = replace(loop_report, friction_agreed=True)
-    told = dict(loop_story(report.to_dict()))["verdict"]
-    assert told.startswith(
+    reported = dict(loop_story(report.to_dict()))["verdict"]
+    assert reported.startswith(
         "AMBIGUOUS which effect, friction is agreed on: The record cannot separate viscous"
     )
-    assert told.endswith("Friction is known within -16 and +16 %, with 90 % probability.")
+    assert reported.endswith("Friction is known within -16 and +16 %, with 90 % probability.")
     said = " ".join(" ".join(outline(page_of(report, drawn)).words).split())
     assert "ambiguous which effect, friction is agreed on: The record cannot separate" in said
     open_too = dict(loop_story(loop_report.to_dict()))["verdict"]
@@ -298,21 +298,21 @@ def test_coulomb_friction_that_may_be_none_is_said_to_be_that(loop_report: LoopR
 
 
 def test_story_has_every_line(loop_report: LoopReport) -> None:
-    told = dict(loop_story(loop_report.to_dict()))
-    assert told["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
-    assert told["effects"].startswith("viscous damping   71.0 %   damping ratio 0.002 ± 5e-05")
-    assert "4e-04 m before" in told["held-out error"] or "0.0004 m before" in told["held-out error"]
-    assert "ratio 0.25" in told["held-out error"]
-    assert told["residual before"].endswith("fails 1 of 2 tests: correlation between samples")
-    assert told["residual after"].endswith("passes all 1 tests")
-    assert told["sensor noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
-    assert "disagrees, because of viscous damping and successive drops" in told["paper's procedure"]
-    assert "inside the 90 % interval; error +30 % before, +6 % after" in told["reference"]
-    assert "next experiment" in told
-    assert told["random force"].startswith(
+    reported = dict(loop_story(loop_report.to_dict()))
+    assert reported["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
+    assert reported["effects"].startswith("viscous damping   71.0 %   damping ratio 0.002 ± 5e-05")
+    assert "4e-04 m before" in reported["held-out error"] or "0.0004 m before" in reported["held-out error"]
+    assert "ratio 0.25" in reported["held-out error"]
+    assert reported["residual before"].endswith("fails 1 of 2 tests: correlation between samples")
+    assert reported["residual after"].endswith("passes all 1 tests")
+    assert reported["sensor noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
+    assert "disagrees, because of viscous damping and successive drops" in reported["paper's procedure"]
+    assert "inside the 90 % interval; error +30 % before, +6 % after" in reported["reference"]
+    assert "next experiment" in reported
+    assert reported["random force"].startswith(
         "probability 99.0 %; sd 0.1 ± 0.01 N over all candidates, 20 % of friction, correlated over 0.05 s"
     )
-    assert told["left over"].startswith("1e-05 m of the signal (0.05 % of the amplitude)")
+    assert reported["left over"].startswith("1e-05 m of the signal (0.05 % of the amplitude)")
 
 
 @pytest.mark.parametrize(
@@ -366,9 +366,9 @@ def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> No
     report = replace(unexplained, left=left).to_dict()
     assert "depends on the position" in verdict_sentence(report)
     assert "71.0 % of it like a bump in the middle" in verdict_sentence(report)
-    told = dict(loop_story(report))["left over"]
-    assert told.startswith("a force that depends on the position")
-    assert told.endswith("a bump in the middle describes it best: 71.0 % of it")
+    reported = dict(loop_story(report))["left over"]
+    assert reported.startswith("a force that depends on the position")
+    assert reported.endswith("a bump in the middle describes it best: 71.0 % of it")
     report = replace(unexplained, left=left | {"share": 0.02}).to_dict()
     assert "like a bump" not in verdict_sentence(report)
     assert "no simple shape describes it" in dict(loop_story(report))["left over"]
@@ -393,13 +393,13 @@ def test_candidates_that_explain_nothing_have_no_probability(
         effects=effects,
         candidates=candidates,
     )
-    told = dict(loop_story(report.to_dict()))
-    assert told["friction range"].startswith(
+    reported = dict(loop_story(report.to_dict()))
+    assert reported["friction range"].startswith(
         "between 0.5 N (the closest candidates) and 0.65 N (Coulomb friction alone)"
     )
-    assert told["closest effects"] == "viscous damping   damping ratio 0.002 ± 5e-05, Q 250 ± 6.2"
-    assert "%" not in told["closest candidates"]
-    assert {"effects", "candidates", "prior"}.isdisjoint(told)
+    assert reported["closest effects"] == "viscous damping   damping ratio 0.002 ± 5e-05, Q 250 ± 6.2"
+    assert "%" not in reported["closest candidates"]
+    assert {"effects", "candidates", "prior"}.isdisjoint(reported)
     page = loop_page(report.to_dict(), ["record"], drawn, made())
     assert 'class="closest"' in page
     assert "99.9 %" not in page
@@ -463,8 +463,8 @@ def test_the_verdict_says_which_part_a_sampler_went_over(loop_report: LoopReport
 
 def test_a_law_without_a_forecast_says_why(loop_report: LoopReport) -> None:
     error = loop_report.held_out_error | {"after": float("nan")}
-    told = dict(loop_story(replace(loop_report, held_out_error=error).to_dict()))["held-out error"]
-    assert "the law that was found cannot be fitted to the first 70 %" in told
+    reported = dict(loop_story(replace(loop_report, held_out_error=error).to_dict()))["held-out error"]
+    assert "the law that was found cannot be fitted to the first 70 %" in reported
 
 
 @pytest.mark.parametrize(
@@ -478,16 +478,16 @@ def test_how_well_friction_is_known(interval: tuple[float, float], words: str) -
 def test_a_damping_ratio_comes_with_its_quality_factor(
     loop_report: LoopReport, drawn: dict[str, bytes]
 ) -> None:
-    told = dict(loop_story(loop_report.to_dict()))["effects"]
+    reported = dict(loop_story(loop_report.to_dict()))["effects"]
     # Q = 1 / (2 * 0.002), with the relative sd of the ratio, 5e-5 / 0.002
-    assert told.endswith("damping ratio 0.002 ± 5e-05, Q 250 ± 6.2")
+    assert reported.endswith("damping ratio 0.002 ± 5e-05, Q 250 ± 6.2")
     assert "<td>Q</td><td>250 </td>" in page_of(loop_report, drawn)
     slight = {"damping_ratio": {"mean": 1e-5, "sd": 9e-6, "unit": "1"}}
     effects = [loop_report.effects[0] | {"parameters": slight}]
     assert "Q" not in dict(loop_story(replace(loop_report, effects=effects).to_dict()))["effects"]
 
 
-def test_each_of_several_lines_is_told(loop_report: LoopReport, drawn: dict[str, bytes]) -> None:
+def test_each_of_several_lines_is_reported(loop_report: LoopReport, drawn: dict[str, bytes]) -> None:
     def line(frequency: float, decay_time: float | None, record: int = 0) -> dict[str, Any]:
         dies_out = None if decay_time is None else {"mean": decay_time, "sd": 0.28, "unit": "s"}
         return {
@@ -497,10 +497,10 @@ def test_each_of_several_lines_is_told(loop_report: LoopReport, drawn: dict[str,
             "amplitude": {"mean": 0.003, "sd": 2e-4, "unit": "m"},
         }
 
-    def told(lines: list[dict[str, Any]]) -> LoopReport:
+    def reported(lines: list[dict[str, Any]]) -> LoopReport:
         return replace(loop_report, effects=[loop_report.effects[0] | {"lines": lines}])
 
-    both = told([line(14.3, 2.29), line(26.9, None)])
+    both = reported([line(14.3, 2.29), line(26.9, None)])
     texts = [
         "line at 14.3 ± 0.009 Hz, dies out in 2.29 ± 0.28 s, amplitude 0.003 ± 0.0002 m",
         "line at 26.9 ± 0.009 Hz, amplitude 0.003 ± 0.0002 m",
@@ -508,7 +508,7 @@ def test_each_of_several_lines_is_told(loop_report: LoopReport, drawn: dict[str,
     assert [text.strip() for text in dict(loop_story(both.to_dict()))["effects"].split("\n")[1:]] == texts
     assert all(f">{text}</td>" in page_of(both, drawn) for text in texts)
     # one in each record is what the parameters say
-    one_each = told([line(14.3, 2.29), line(14.2, 2.1, record=1)])
+    one_each = reported([line(14.3, 2.29), line(14.2, 2.1, record=1)])
     assert "line at" not in dict(loop_story(one_each.to_dict()))["effects"]
     assert "line at" not in page_of(one_each, drawn)
 
@@ -522,31 +522,33 @@ def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
         paper_procedure={"friction": None, "disagrees": True, "because": [], "why": "it is clipped"},
         held_out_error=loop_report.held_out_error | {"before": float("nan"), "after": float("nan")},
     )
-    told = dict(loop_story(report.to_dict()))
-    assert told["paper's procedure"] == "no result: it is clipped"
-    assert told["held-out error"].startswith("– m before, – m after (Coulomb friction alone cannot be fitted")
-    assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(told)
+    reported = dict(loop_story(report.to_dict()))
+    assert reported["paper's procedure"] == "no result: it is clipped"
+    assert reported["held-out error"].startswith(
+        "– m before, – m after (Coulomb friction alone cannot be fitted"
+    )
+    assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(reported)
 
 
 def test_story_of_another_frequency(loop_report: LoopReport) -> None:
-    told = dict(loop_story(loop_report.to_dict()))
-    assert told["frequency"] == "10 ± 0.001 rad/s, declared 10.1 rad/s"
+    reported = dict(loop_story(loop_report.to_dict()))
+    assert reported["frequency"] == "10 ± 0.001 rad/s, declared 10.1 rad/s"
     frequency = loop_report.frequency | {"declared": 3.0, "from_stiffness": 0.05, "from_mass": 0.5}
-    told = dict(loop_story(replace(loop_report, frequency=frequency).to_dict()))
-    assert "0.05 N with the declared stiffness, 0.5 N with the declared mass" in told["frequency"]
+    reported = dict(loop_story(replace(loop_report, frequency=frequency).to_dict()))
+    assert "0.05 N with the declared stiffness, 0.5 N with the declared mass" in reported["frequency"]
 
 
 def test_story_of_a_measured_force(loop_report: LoopReport) -> None:
     force = {"before": 0.1, "after": 0.02, "level": 0.5, "unit": "N"}
     explained = {"explained_by_law": 0.91, "explained_with_fluctuation": None}
-    told = _told_of_force(loop_report, force | explained)
+    reported = _reported_of_force(loop_report, force | explained)
     first = "RMS difference 0.1 N before, 0.02 N after; mean during the motion 0.5 N"
-    assert told == f"{first}\nthe law alone explains 91.0 % of its variance"
-    told = _told_of_force(loop_report, force | explained | {"explained_with_fluctuation": 0.98})
-    assert told.endswith("the law alone explains 91.0 % of its variance, with the fluctuation 98.0 %")
+    assert reported == f"{first}\nthe law alone explains 91.0 % of its variance"
+    reported = _reported_of_force(loop_report, force | explained | {"explained_with_fluctuation": 0.98})
+    assert reported.endswith("the law alone explains 91.0 % of its variance, with the fluctuation 98.0 %")
 
 
-def _told_of_force(report: LoopReport, force: dict[str, Any]) -> str:
+def _reported_of_force(report: LoopReport, force: dict[str, Any]) -> str:
     residual = report.residual | {"force": force}
     return dict(loop_story(replace(report, residual=residual).to_dict()))["measured force"]
 
@@ -567,19 +569,21 @@ def test_story_of_the_sampler(loop_report: LoopReport) -> None:
         assert words in lines
     refused = {"sampler": {"converged": False, "agrees": None, "because": "not sampled: too long"}}
     refused["sampler"]["sampled"] = sampler["sampled"]
-    told = dict(loop_story(replace(loop_report, reference_check=refused).to_dict()))
-    assert told["emcee"] == "not sampled: too long"
+    reported = dict(loop_story(replace(loop_report, reference_check=refused).to_dict()))
+    assert reported["emcee"] == "not sampled: too long"
 
 
 def test_terms_beyond_those_of_a_series_are_not_shown() -> None:
-    told = {
+    reported = {
         "once_sine": {"mean": 0.0, "sd": 0.1, "unit": "N m"},
         "twice_sine": {"mean": 0.0, "sd": 0.0, "unit": "N m"},
     }
-    assert [*shown_parameters({"parameters": told})] == ["once_sine"]
+    assert [*shown_parameters({"parameters": reported})] == ["once_sine"]
 
 
-def test_steps_of_the_search_are_told_in_words(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
+def test_steps_of_the_search_are_reported_in_words(
+    loop_report: LoopReport, drawn: Mapping[str, bytes]
+) -> None:
     steps = [
         "about viscous_damping+random_force: 95 sets",
         "friction_drift has a probability of 3.6 %: left out",

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
 from friction_bayes.statespace.subset_evidence import SetEvidences
 
@@ -80,7 +80,7 @@ def dense(height):
 
 @pytest.mark.parametrize("height", [one, two, two_of_which_the_later_is_better, at_the_longest_time])
 def test_evidence_and_mean_are_those_of_a_fine_grid(height):
-    posterior = integrate(Landscape(height), PRIOR)
+    posterior = integrate_force(Landscape(height), PRIOR)
     evidence, mean = dense(height)
     found = posterior.log_evidence + math.log(posterior.probability)
     assert found == pytest.approx(evidence, abs=0.1)
@@ -88,6 +88,6 @@ def test_evidence_and_mean_are_those_of_a_fine_grid(height):
 
 
 def test_only_the_mode_is_the_better_of_two():
-    posterior = integrate(Landscape(two_of_which_the_later_is_better), PRIOR, only_mode=True)
+    posterior = integrate_force(Landscape(two_of_which_the_later_is_better), PRIOR, only_mode=True)
     assert len(posterior.points) == 2
     assert math.log(posterior.best.tau) == pytest.approx(1.7, abs=0.3)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate_force import solve_ivp
 from scipy.linalg import cho_factor, cho_solve, expm
 from scipy.stats import multivariate_normal
 
@@ -15,7 +15,7 @@ from dense_force import dense_covariance
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.kalman import (
     Clock,
@@ -32,7 +32,7 @@ from friction_bayes.statespace.positive_orthant import confine, cut_moments, log
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.smoother import Motion, first_motion
+from friction_bayes.statespace.smoother import SmoothedMotion, first_motion
 from friction_bayes.statespace.subset_evidence import (
     SetEvidences,
     all_sets,
@@ -527,7 +527,7 @@ def problem_along_known_motion(rng: np.random.Generator, force_sd: float) -> tup
         sets=np.ones((1, 3), np.bool_),
         log_prior=np.zeros(1),
         stiffness=0,
-        motion=Motion(
+        motion=SmoothedMotion(
             states=np.zeros((600, 3)), covariance=np.zeros((600, 3, 3)), noise=1.0, force_sd=1.0, tau=1.0
         ),
     )
@@ -537,7 +537,7 @@ def problem_along_known_motion(rng: np.random.Generator, force_sd: float) -> tup
 def test_average_over_the_force(rng) -> None:
     problem, friction = problem_along_known_motion(rng, 3.0)
     prior = ForcePrior(centre=0.2 * friction)
-    posterior = integrate(problem, prior)
+    posterior = integrate_force(problem, prior)
     assert posterior.probability > 0.99
     assert 2.0 < posterior.force_sd.mean() < 4.5
     assert 0.2 < posterior.correlation_time.mean() < 1.2
@@ -561,7 +561,7 @@ def test_average_over_the_force(rng) -> None:
     given = posterior.coefficient("friction", given_force=True)
     assert given.mean() == pytest.approx(average, abs=0.05 * sd)
     assert given.std() == pytest.approx(sd, rel=0.05)
-    none = integrate(problem, ForcePrior(centre=1.0, none=1.0))
+    none = integrate_force(problem, ForcePrior(centre=1.0, none=1.0))
     assert none.probability == 0.0
     with pytest.raises(InputError, match="none has been looked at"):
         _ = none.force_sd
@@ -607,7 +607,7 @@ def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(orde
         stiffness=2,
         motion=first,
     )
-    found = integrate(Problem.of(regression), ForcePrior(centre=1e-3), only_mode=True)
+    found = integrate_force(Problem.of(regression), ForcePrior(centre=1e-3), only_mode=True)
     law = found.best_law()
     change = frequency_change(law[regression.stiffness])
     assert change == pytest.approx(1.03, abs=1e-3)
@@ -623,7 +623,7 @@ def test_a_left_out_sample_is_predicted_by_the_others_alone(sensor, ratio, rng) 
     """As where the sample is not used: the error is the same, and its variance but for the sample's own."""
     clock, row, tau = uneven_clock(rng, 0.0), row_of(sensor, 40), 0.8
     n = clock.phase.size
-    still = Motion(
+    still = SmoothedMotion(
         states=np.zeros((n, 3)), covariance=np.zeros((n, 3, 3)), noise=1.0, force_sd=ratio, tau=tau
     )
 
@@ -682,7 +682,7 @@ def test_the_grid_of_the_force_ends_where_the_prior_does(edge: str, beyond: floa
     """A cell across an end of the correlation time counts by its part within: against a fine grid."""
     prior = ForcePrior(centre=1.0, none=0.5)
     bump = Bump(math.log(getattr(prior, edge)) + beyond, (0.3, 0.8), slope)
-    posterior = integrate(bump, prior)
+    posterior = integrate_force(bump, prior)
     log_tau = np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), 801)
     log_ratio = np.linspace(-12.0, 12.0, 4801)
     ratio, tau = np.exp(log_ratio)[:, None], np.exp(log_tau)

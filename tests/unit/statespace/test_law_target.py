@@ -14,13 +14,13 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, sensor_row, whiten
-from friction_bayes.statespace.law_target import half_cycle_blocks, law_target
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.sampling.law_target import half_cycle_blocks, law_target
+from friction_bayes.statespace.sampling.replication import drawn_fluctuation, drawn_noise
+from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.transition import initial_response
 
 ORDERS = (0, 1, 2)
@@ -45,7 +45,7 @@ def problem(order: int, rng: np.random.Generator, samples: int = 250, positive: 
     clock = Clock.of(phase)
     force = FORCE * drawn_fluctuation(clock, TAU, rng) @ row
     signal = columns @ law + force + NOISE * rng.standard_normal(samples)
-    motion = Motion(
+    motion = SmoothedMotion(
         states=np.column_stack([x, v, np.zeros(samples)]),
         covariance=np.zeros((samples, 3, 3)),
         noise=NOISE,

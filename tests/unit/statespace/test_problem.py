@@ -9,7 +9,7 @@ from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, Whitened, sensor_row
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.smoother import SmoothedMotion
 from friction_bayes.statespace.subset_evidence import (
     SetEvidences,
     bound_sets,
@@ -59,7 +59,9 @@ def record(rng: np.random.Generator, samples: int, noise: float, friction: float
         sets=SETS,
         log_prior=LOG_PRIOR,
         stiffness=4,
-        motion=Motion(states=still, covariance=np.zeros((samples, 3, 3)), noise=noise, force_sd=0.1, tau=1.0),
+        motion=SmoothedMotion(
+            states=still, covariance=np.zeros((samples, 3, 3)), noise=noise, force_sd=0.1, tau=1.0
+        ),
     )
 
 

@@ -65,9 +65,9 @@ def test_a_kind_is_spelt_as_it_is() -> None:
 
 
 def test_an_error_of_the_function_is_left_with_a_note() -> None:
-    with pytest.raises(TypeError) as told:
+    with pytest.raises(TypeError) as reported:
         Tabulated.of(lambda x: math.exp(-(x**2)), around=(-1.0, 1.0))
-    (note,) = told.value.__notes__
+    (note,) = reported.value.__notes__
     assert note.startswith("the density was given an array of shape (8193,); let the density take an array")
 
 

@@ -109,7 +109,7 @@ def steps_of_four_chains(rng: np.random.Generator) -> np.ndarray:
     return np.lib.stride_tricks.sliding_window_view(noise, 20, axis=1).sum(axis=-1)
 
 
-def test_exchanged_axes_are_told_from_many_short_chains(rng: np.random.Generator) -> None:
+def test_exchanged_axes_are_separated_from_many_short_chains(rng: np.random.Generator) -> None:
     chains = steps_of_four_chains(rng)
     options = {"minimum_ess": 100.0, "false_alarm_rate": RARE}
     assert testing.assert_agreement(stats.norm(), chains, **options).agrees
@@ -179,7 +179,7 @@ def test_calibration_wants_replications(seed: int) -> None:
     ("wrong", "said"),
     [(np.nan, "nan in replication 17 of parameter 1"), (1.5, "1.5 in replication 17 of parameter 1")],
 )
-def test_what_is_no_probability_is_told_with_its_place(wrong: float, said: str, seed: int) -> None:
+def test_what_is_no_probability_is_reported_with_its_place(wrong: float, said: str, seed: int) -> None:
     def cdf(data: np.ndarray, mean: np.ndarray) -> np.ndarray:
         pit = np.column_stack([normal_cdf(0.5)(data, mean)] * 2)
         pit[17:, 1] = wrong
@@ -199,7 +199,7 @@ TOO_FEW = {
 
 
 @pytest.mark.parametrize("case", TOO_FEW)
-def test_a_function_that_returns_a_single_draw_is_told_how_many(case: str, seed: int) -> None:
+def test_a_function_that_returns_a_single_draw_is_reported_how_many(case: str, seed: int) -> None:
     said, *functions = TOO_FEW[case]
     with pytest.raises(InputError, match=f"{said}; let it accept .* all 200 draws at once"):
         testing.assert_calibrated(*functions, replications=200, seed=seed)
@@ -229,9 +229,9 @@ def fails(*given):
     ],
 )
 def test_an_error_of_the_caller_is_left_with_a_note(name: str, error: type, functions, seed: int) -> None:
-    with pytest.raises(error) as told:
+    with pytest.raises(error) as reported:
         testing.assert_calibrated(*functions, replications=200, seed=seed)
-    (note,) = told.value.__notes__
+    (note,) = reported.value.__notes__
     assert note.startswith(f"{name} is called once for all replications, here with ")
     assert f"seed {seed}; it must accept " in note
     assert "all 200 draws at once" in note
@@ -369,7 +369,7 @@ def test_draws_that_never_move_fail_in_a_sentence() -> None:
 
 @pytest.mark.parametrize("expected", [0.3, [0.3], np.zeros(5)])
 def test_few_numbers_are_no_distribution(expected: object, rng: np.random.Generator) -> None:
-    """Beside so few a sampler that is a third too narrow passes."""
+    """Next to so few a sampler that is a third too narrow passes."""
     with pytest.raises(InputError, match=r"expected: (5 draws|one number); give 1000 independent draws or"):
         testing.assert_agreement(expected, 0.7 * rng.standard_normal(5000), ess=5000)
 

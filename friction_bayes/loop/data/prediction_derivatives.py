@@ -8,7 +8,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction, sensor_output
 from friction_bayes.loop.data.parameters import SHARED
 
-__all__ = ["difference_steps", "signal_derivatives"]
+__all__ = ["difference_steps", "prediction_derivatives"]
 
 _FIRST_STEP = 1e-3
 """Difference step in a coordinate before its posterior standard deviation is known."""
@@ -23,7 +23,9 @@ def difference_steps(precision: Array) -> Array:
     return np.clip(_STEP_SHARE / np.sqrt(np.diag(precision)), 1e-7, 1e-2)
 
 
-def signal_derivatives(model: LoopModel, z: Array, r: int, base: Prediction, steps: Array | None) -> Array:
+def prediction_derivatives(
+    model: LoopModel, z: Array, r: int, base: Prediction, steps: Array | None
+) -> Array:
     """Derivatives of the signal of record ``r``, shape (n, p).
 
     Parameters

@@ -28,10 +28,10 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_grid import valleys
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
-from friction_bayes.statespace.interpolated_sums import InterpolatedSums
 from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
+from friction_bayes.statespace.sampling.interpolated_sums import InterpolatedSums
+from friction_bayes.statespace.sampling.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.subset_evidence import SetEvidences, set_posterior
 
 __all__ = ["half_cycle_blocks", "law_target"]

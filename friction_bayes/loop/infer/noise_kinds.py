@@ -24,14 +24,14 @@ from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 
-__all__ = ["NoiseHypothesis", "SensorNoise", "evaluate_sensor_noise", "log_convention"]
+__all__ = ["NoiseKind", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
 
-class NoiseHypothesis(NamedTuple):
+class NoiseKind(NamedTuple):
     """One kind of noise.
 
     Attributes
@@ -46,12 +46,12 @@ class NoiseHypothesis(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SensorNoise:
+class NoiseKinds:
     """The kinds of noise that were evaluated, and the one that the posterior takes.
 
     Attributes
     ----------
-    hypotheses : tuple of NoiseHypothesis
+    kinds : tuple of NoiseKind
         White noise alone first.
     chosen : int
         The most probable.
@@ -61,7 +61,7 @@ class SensorNoise:
         Noise with outliers about what all other samples predict; None where not evaluated.
     """
 
-    hypotheses: tuple[NoiseHypothesis, ...]
+    kinds: tuple[NoiseKind, ...]
     chosen: int
     growth: NoiseGrowth | None
     outliers: NoiseFit | None
@@ -69,7 +69,7 @@ class SensorNoise:
     @property
     def effects(self) -> frozenset[str]:
         """Effects of the most probable."""
-        return self.hypotheses[self.chosen].effects
+        return self.kinds[self.chosen].effects
 
     @property
     def contaminated(self) -> bool:
@@ -79,7 +79,7 @@ class SensorNoise:
     @property
     def log_total(self) -> float:
         """Logarithm of the sum of all odds."""
-        return float(logsumexp([h.log_odds for h in self.hypotheses]))
+        return float(logsumexp([h.log_odds for h in self.kinds]))
 
     @property
     def probabilities(self) -> dict[frozenset[str], float]:
@@ -89,9 +89,9 @@ class SensorNoise:
     def probabilities_in_one_of(self, records: int) -> dict[frozenset[str], float]:
         """The same in one of several records: that any of them has an effect is as probable as any effect."""
         prior = math.log(math.expm1(-math.log1p(-inclusion()) / records))
-        log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.hypotheses]
+        log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.kinds]
         total = logsumexp(log_odds)
-        return {h.effects: math.exp(each - total) for h, each in zip(self.hypotheses, log_odds, strict=True)}
+        return {h.effects: math.exp(each - total) for h, each in zip(self.kinds, log_odds, strict=True)}
 
     def sd_of_samples(self, sd: Array) -> Array:
         """Standard deviation of the noise, outliers included, where that of the others is ``sd``."""
@@ -111,7 +111,7 @@ def log_convention(used: int, unit: float) -> float:
 
 def evaluate_sensor_noise(
     record: MovingRecord, along: LawAlongMotion, outliers: Mask, allowed: Sequence[str]
-) -> tuple[LawRegression, Posterior, SensorNoise]:
+) -> tuple[LawRegression, Posterior, NoiseKinds]:
     """Evidence of each kind of noise, and the posterior over the random force under the most probable.
 
     Parameters
@@ -130,7 +130,7 @@ def evaluate_sensor_noise(
     regression : LawRegression
         Under the most probable noise.
     posterior : Posterior
-    noise : SensorNoise
+    noise : NoiseKinds
     """
     evaluated = _given_samples(record, along, allowed, contaminated=False)
     if outliers.any():
@@ -140,9 +140,9 @@ def evaluate_sensor_noise(
     best, white = evaluated[chosen], evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
-        posterior = integrate(Problem.of(best.regression), along.prior)
-    noise = SensorNoise(
-        hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in evaluated),
+        posterior = integrate_force(Problem.of(best.regression), along.prior)
+    noise = NoiseKinds(
+        kinds=tuple(NoiseKind(w.effects, w.log_weight - white) for w in evaluated),
         chosen=chosen,
         growth=best.growth,
         outliers=evaluated[-1].noise if OUTLIERS.name in evaluated[-1].effects else None,
@@ -169,7 +169,7 @@ def _given_samples(
         clock = record.clock_along(along.path, along.law.feedback, along.w0)
         along = replace(along, regression=replace(along.regression, clock=clock))
     regression = along.regression
-    posterior = integrate(along.problem, along.prior)
+    posterior = integrate_force(along.problem, along.prior)
     left = LeftOut.under(
         record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
     )

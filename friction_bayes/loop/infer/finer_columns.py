@@ -1,0 +1,164 @@
+"""Columns that are not linear in a parameter, refined once a law has them: spectral lines, shapes of terms.
+
+Lines were found under a law without them, in which the random force represented a part of a second mode, and
+a steady line another. The first round evaluates the shape of a term at a few values of its prior. Both are
+linearised about what the law has: one more column, the derivative in the parameter, gives a Gauss-Newton
+step, and for a shape the spacing of its values in the next round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
+from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.infer.moving_record import LawAlongMotion
+from friction_bayes.statespace.force_prior import GridPoint
+from friction_bayes.statespace.measured_path import Points
+from friction_bayes.statespace.response import response_at_sensor
+
+__all__ = ["finer_lines", "finer_shapes", "lines_that_show"]
+
+_LINE_STEP = 0.5
+"""Longest, in the logarithm of the decay time, and of the frequency in half widths of the line."""
+_WIDEST = 0.5
+"""Standard deviation, as a normal score of the prior, above which the values of the prior are used."""
+_SHAPE_STEP = 0.8
+"""Largest step of one round, as a normal score: the distance of two values of the prior."""
+_NUDGE = 1e-3
+"""Normal scores over which a force is differenced."""
+
+
+def lines_that_show(
+    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
+) -> tuple[Line, ...]:
+    """The lines that are larger than noise alone is expected to have one.
+
+    A line that dies out is also a peak in the spectrum of the whole record, as one that lasts, until the law
+    has it. Lines of an effect that the law lacks are kept.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+    found : LawAlongMotion
+        The law that may have them.
+    law : ndarray, shape (p,)
+        Its coefficients.
+    point : GridPoint
+        The random force in addition to it.
+    """
+
+    def shows(line: Line) -> bool:
+        own = _waves(found, line)
+        if not law[own].any():
+            return True
+        waves = found.law.sensor[:, own]
+        power = 0.5 * float(law[own] @ found.regression.products(waves, point) @ law[own]) / point.noise**2
+        return len(waves) * math.exp(-power) <= 1.0
+
+    return tuple(filter(shows, lines))
+
+
+def finer_lines(
+    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
+) -> tuple[Line, ...]:
+    """The lines, those that die out moved by a Gauss-Newton step of frequency and decay time.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+    found : LawAlongMotion
+        The law that has them.
+    law : ndarray, shape (p,)
+        Its coefficients.
+    point : GridPoint
+        The random force in addition to it.
+    """
+    return tuple(_finer_line(line, found, law, point) for line in lines)
+
+
+def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint) -> Line:
+    regression, own = found.regression, _waves(found, line)
+    if line.steady or not law[own].any():
+        return line
+    sine, cosine = found.law.sensor[:, own].T
+    a, b = law[own]
+    decayed = (regression.clock.phase - regression.clock.phase[0]) / (found.w0 * line.decay_time)
+    # in half widths of the line, and by the logarithm of the decay time
+    slopes = decayed * (a * cosine - b * sine), decayed * (a * sine + b * cosine)
+    gram = regression.products(np.column_stack([sine, cosine, *slopes, regression.residual(law)]), point)
+    covariance = np.linalg.pinv(gram[:4, :4], rcond=1e-12, hermitian=True)
+    faster, longer = np.clip((covariance @ gram[:4, 4])[2:], -_LINE_STEP, _LINE_STEP)
+    return Line(
+        frequency=line.frequency + faster * line.half_width,
+        decay_time=line.decay_time * math.exp(longer),
+        scatter=point.noise * math.sqrt(covariance[3, 3]),
+    )
+
+
+def _waves(found: LawAlongMotion, line: Line) -> list[int]:
+    """Columns of a line."""
+    return [j for j, column in enumerate(found.law.columns) if column.line == line]
+
+
+def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[str, tuple[float, ...]]:
+    """Values at which the shape of each effect of a law is evaluated next.
+
+    Parameters
+    ----------
+    found : LawAlongMotion
+    law : ndarray, shape (p,)
+        Its coefficients.
+    point : GridPoint
+        The random force in addition to it.
+
+    Returns
+    -------
+    dict
+        Normal scores of the prior by effect; without those that are taken all over it.
+    """
+    regression = found.regression
+    bent: dict[str, list[tuple[float, ForceColumn]]] = {}
+    for size, each in found.law.with_sizes(law):
+        if each.column.shape:
+            bent.setdefault(each.column.effect, []).append((size, each))
+    if not bent:
+        return {}
+
+    def change(points: Points) -> Array:
+        return np.column_stack([_change(acting, points) for acting in bent.values()])
+
+    path = found.path
+    forces = change(path.nodes), change(path.samples)
+    _, shown = response_at_sensor(path, regression.row, *forces, feedback=found.law.feedback)
+    own = law != 0.0
+    columns = regression.columns[:, own] * regression.scale[own]
+    block = np.column_stack([columns, found.law.recorded(shown), regression.residual(law)])
+    gram = regression.products(block, point) / point.noise**2
+    score = np.array([acting[0][1].column.score for acting in bent.values()])
+    # the data are the residual of the law; each coefficient and score has a standard normal prior
+    factor = cho_factor(gram[:-1, :-1] + np.eye(len(gram) - 1))
+    k = len(score)
+    present = np.append(law[own] / regression.scale[own], score)
+    move = cho_solve(factor, gram[:-1, -1] - present)[-k:]
+    sd = np.sqrt(np.diag(cho_solve(factor, np.eye(len(gram) - 1)))[-k:])
+    centre = score + np.clip(move, -_SHAPE_STEP, _SHAPE_STEP)
+    return {
+        name: tuple((centre[j] + sd[j] * np.array(PRIOR_SCORES)).tolist())
+        for j, name in enumerate(bent)
+        if sd[j] < _WIDEST
+    }
+
+
+def _change(acting: list[tuple[float, ForceColumn]], points: Points) -> Array:
+    """Derivative of a force in the normal score of its shape parameter, shape (m,)."""
+    change = np.zeros(points.x.size)
+    for size, each in acting:
+        score = each.column.score
+        change += size * (each.shaped(points, score + _NUDGE) - each.shaped(points, score - _NUDGE))
+    return change / (2.0 * _NUDGE)
