@@ -47,7 +47,7 @@ def pytest_sessionstart() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Keep what collecting loaded out of every later search for dead objects: a tenth of the time of a test."""
+    """Keep what collecting loaded out of every later search for dead objects: a tenth of a test's time."""
     gc.freeze()
 
 
