@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import zlib
@@ -43,6 +44,11 @@ def pytest_sessionstart() -> None:
         from first_use import use_kernels
 
         use_kernels(int(worker.removeprefix("gw")), os.environ["PYTEST_XDIST_TESTRUNUID"])
+
+
+def pytest_collection_finish() -> None:
+    """Keep what collecting loaded out of every later search for dead objects: a tenth of a test's time."""
+    gc.freeze()
 
 
 @pytest.fixture

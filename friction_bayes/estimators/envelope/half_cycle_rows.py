@@ -37,6 +37,9 @@ _FUNCTIONS = 5
 _A, _U, _C = range(3)
 """Columns of the regression: initial amplitude, friction coefficient, rest position."""
 
+_ALL, _COMPLETE_ALONE = np.False_, np.True_
+"""Which half cycles are taken: for a literal numba would compile their rows once more."""
+
 _MIN_SAMPLES = 6.0
 _SMALLEST_SHARE = 1e-3
 
@@ -73,7 +76,7 @@ def half_cycle_rows(
     # what a pendulum takes in addition need not be compiled for others
     if swing_frequency > 0.0:
         return _rows_of_pendulum(values, polynomial, order, swing_frequency)
-    return _rows(values, polynomial, order, False)
+    return _rows(values, polynomial, order, _ALL)
 
 
 @njit(**KERNEL)
@@ -81,7 +84,7 @@ def _rows_of_pendulum(
     values: Array, polynomial: Array, order: int, swing_frequency: float
 ) -> tuple[Array, Array, int]:
     swing = _without_third_harmonic(values, polynomial, order, swing_frequency)
-    response, design, used = _rows(swing, polynomial, order, True)
+    response, design, used = _rows(swing, polynomial, order, _COMPLETE_ALONE)
     _straighten(response, design, used, order, swing_frequency)
     return response, design, used
 
@@ -302,7 +305,7 @@ def envelope_statistics(
         if swing_frequency > 0.0:
             response, design, _ = _rows_of_pendulum(values, polynomial, order, swing_frequency)
         else:
-            response, design, _ = _rows(values, polynomial, order, False)
+            response, design, _ = _rows(values, polynomial, order, _ALL)
         found, ok, left, moments = least_squares(design, response)
         rows[k] = response.size
         for a in range(MAX_DEGREE + 1):

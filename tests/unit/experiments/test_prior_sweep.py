@@ -17,23 +17,23 @@ PRIORS = [(0.5, 0.05, 1.0, 0.02), (0.1, 3.0, 0.3, 2.0), (0.1, 50.0, 26.0, 0.7)]
 
 
 def after_of(values: np.ndarray, prior: fb.NormalGamma) -> After:
-    """Records of three samples each, shape (records, 3), by one reading of a peak."""
+    """Records of three samples each, shape (records, readings of a peak, 3)."""
     dims = ("replicate", "peaks", "condition")
-    mean = values.mean(axis=1)
+    mean = values.mean(axis=-1)
     columns = {
-        "count": np.full(len(values), 3.0),
+        "count": np.full(mean.shape, 3.0),
         "mean": mean,
-        "squares": ((values - mean[:, None]) ** 2).sum(axis=1),
-        "truth": np.full(len(values), 0.2),
+        "squares": ((values - mean[..., None]) ** 2).sum(axis=-1),
+        "truth": np.full(mean.shape, 0.2),
     }
-    data = {name: (dims, column[:, None, None]) for name, column in columns.items()}
-    return After(prior, xr.Dataset(data, coords={"peaks": ["highest"], "condition": ["one"]}))
+    data = {name: (dims, column[..., None]) for name, column in columns.items()}
+    return After(prior, xr.Dataset(data, coords={"condition": ["one"]}))
 
 
 def test_sweep_updates_as_the_pair_does(rng: np.random.Generator) -> None:
-    prior, values = fb.NormalGamma(0.3, 0.5, 2.0, 0.1), rng.normal(0.2, 0.1, (4, 3))
+    prior, values = fb.NormalGamma(0.3, 0.5, 2.0, 0.1), rng.normal(0.2, 0.1, (4, 1, 3))
     after = after_of(values, prior)
-    for i, samples in enumerate(values):
+    for i, samples in enumerate(values[:, 0]):
         one = prior.update(samples)
         low, high = one.friction_interval(0.9)
         assert float(after.precision[i, 0, 0]) == pytest.approx(one.alpha / one.beta)
@@ -53,15 +53,15 @@ def test_errors_of_numbers_are_those_of_repeated_experiments(rng: np.random.Gene
         "pooled": pooled(lambda after: error(after).mean("replicate").values),
         "in band": in_band(error, 0.1),
     }
-    runs = [after_of(rng.normal(0.2, 0.1, (80, 3)), prior) for _ in range(100)]
+    # each reading of a peak is a repetition: 100 of them tell a standard deviation to 7 %
+    runs = after_of(rng.normal(0.2, 0.1, (80, 100, 3)), prior)
     for name, of in numbers.items():
-        found = np.array([of(after) for after in runs])[:, :, 0]
-        # 100 repetitions tell a standard deviation to 7 %
-        assert found[:, 0].std(ddof=1) == pytest.approx(found[:, 1].mean(), rel=0.3), name
+        found, its_error = of(runs)
+        assert found.std(ddof=1) == pytest.approx(its_error.mean(), rel=0.3), name
 
 
 def test_few_records_have_no_error() -> None:
-    after = after_of(np.full((3, 3), 0.1), fb.NormalGamma(0.3, 0.5, 2.0, 0.1))
+    after = after_of(np.full((3, 1, 3), 0.1), fb.NormalGamma(0.3, 0.5, 2.0, 0.1))
     _, error = pooled(lambda after: after.error.mean("replicate").values.ravel())(after)
     assert np.isnan(error).all()
 
