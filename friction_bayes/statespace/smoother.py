@@ -62,7 +62,7 @@ class SmoothedMotion:
         unit = np.array([1.0, 1.0 / change, 1.0])
         return replace(self, states=self.states * unit, covariance=self.covariance * np.outer(unit, unit))
 
-    def midway(self, other: Motion) -> Motion:
+    def midway(self, other: SmoothedMotion) -> SmoothedMotion:
         """The motion in the middle between this and another, of the other's precision."""
         return replace(other, states=0.5 * (self.states + other.states))
 

@@ -353,7 +353,7 @@ class Round:
 def _law_along(
     whole: MovingRecord,
     aside: Mask,
-    motion: Motion,
+    motion: SmoothedMotion,
     w0: float,
     lines: Sequence[Line],
     about: LawBefore | None,
