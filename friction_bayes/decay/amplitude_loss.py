@@ -13,10 +13,10 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER
-from friction_bayes.decay.demodulation import amplitudes, demodulate, largest
+from friction_bayes.decay.demodulation import EVIDENCE, amplitudes, demodulate, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
-__all__ = ["amplitude_falls"]
+__all__ = ["amplitude_falls", "rate_of_dying_away"]
 
 _FEWEST = 6
 """Amplitudes below which nothing is said of their course."""
@@ -30,6 +30,10 @@ _CERTAIN = 4.0
 """Standard errors by which a course must be ruled out."""
 _NOT_EXCLUDED = 2.0
 """Standard errors within which a loss may be none."""
+_SEEN = 4.0
+"""Standard deviations of an amplitude above which it is one of the motion, not of noise alone."""
+_RATE_KNOWN = 0.02
+"""Logarithm of a rate to which it is searched."""
 
 
 @njit(**INNER)
@@ -84,3 +88,52 @@ def amplitude_falls(y: Array, omega: float, after_drive: bool) -> bool:
     if count >= _MANY or after_drive:
         return line[1] > _NOT_EXCLUDED * error[1]
     return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest(amplitude)
+
+
+@njit(**INNER)
+def rate_of_dying_away(centre: Array, amplitude: Array, noise: float, first: int) -> float:
+    """Rate a sample of the exponential, less a constant, on which amplitudes fall; zero where a line will do.
+
+    So they fall under viscous damping in addition to dry friction.
+
+    Parameters
+    ----------
+    centre, amplitude : ndarray, shape (windows,)
+        Of windows half a period apart [samples, unit of the signal].
+    noise : float
+        Standard deviation of an amplitude.
+    first : int
+        The first amplitude of the motion; the last is the one before noise.
+    """
+    last = first
+    while last < amplitude.size and amplitude[last] > _SEEN * noise:
+        last += 1
+    if last - first < 3:
+        return 0.0
+    time, seen = centre[first:last] - centre[first], amplitude[first:last]
+    best = 0.0
+    straight = _misfit(time, seen, 0.0)
+    if straight < EVIDENCE * noise * noise:
+        return best
+    low, high = -math.log(time[-1]), -math.log(time[1])
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    while high - low > _RATE_KNOWN:
+        inner, outer = high - golden * (high - low), low + golden * (high - low)
+        if _misfit(time, seen, math.exp(inner)) < _misfit(time, seen, math.exp(outer)):
+            high = outer
+        else:
+            low = inner
+    rate = math.exp(0.5 * (low + high))
+    return rate if straight - _misfit(time, seen, rate) > EVIDENCE * noise * noise else 0.0
+
+
+@njit(**INNER)
+def _misfit(time: Array, amplitude: Array, rate: float) -> float:
+    """Residual sum of squares of amplitudes that die away toward any constant, or at rate zero on a line."""
+    matrix, right, square = np.zeros((2, 2)), np.zeros(2), 0.0
+    basis = np.ones(2)
+    for k in range(time.size):
+        basis[1] = math.exp(-rate * time[k]) if rate > 0.0 else -time[k]
+        add_sample(matrix, right, basis, amplitude[k], 1.0)
+        square += amplitude[k] ** 2
+    return regression(matrix, right, square)[1]

@@ -8,13 +8,14 @@ compiled, and serve single records and batches alike.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.core.kernels import INLINED, INNER, KERNEL
-from friction_bayes.decay.amplitude_loss import amplitude_falls
+from friction_bayes.decay.amplitude_loss import amplitude_falls, rate_of_dying_away
 from friction_bayes.decay.block_means import fill_block_means, less
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
@@ -51,6 +52,8 @@ _LEAST_SHARE = 0.1
 """Share of a record's variance that the oscillation must hold."""
 _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
+_BY_CHANCE = 6.0
+"""Fall in chi-square that two numbers more bring by chance once in twenty."""
 _RESYNCHRONISED = 64
 """Samples after which a phase that has been turned from one to the next is computed anew."""
 _TWO_LEVELS = 1.5
@@ -58,11 +61,14 @@ _TWO_LEVELS = 1.5
 
 
 @njit(**INNER)
-def _release(y: Array, polynomial: Array, scale: float, first_full: float, amplitude: float) -> int:
-    """First sample of the free decay: a constant before it, an oscillation of straight amplitude after.
+def _release(
+    y: Array, polynomial: Array, scale: float, first_full: float, amplitude: float, rate: float
+) -> tuple[int, float]:
+    """First sample of the free decay, and the residual sum of squares with it.
 
-    ``first_full`` is the centre of the first window with full amplitude. A record that begins in motion
-    gives 0.
+    The signal is constant before it, and after it an oscillation whose amplitude dies away at a rate a sample
+    toward any constant, or falls straight where the rate is zero. ``first_full`` is the centre of the first
+    window with full amplitude. A record that begins in motion gives 0.
     """
     omega = rate_of(polynomial, scale, first_full)
     period = 2.0 * math.pi / omega
@@ -70,7 +76,7 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
     end = int(min(y.size, math.ceil(first_full + 3.5 * period)))
     n = end - begin
     if n < 12:
-        return begin
+        return begin, math.inf
     phi0 = phase_of(polynomial, scale, first_full)
     stride = max(1, int(period / 32.0))
     matrix, right, square = np.zeros((5, 5)), np.zeros(5), 0.0
@@ -82,6 +88,8 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
         i = begin + j
         angle = phi0 + omega * (i - first_full)
         s = (i - first_full) / period
+        if rate > 0.0:
+            s = -math.expm1(-rate * (i - begin)) / (rate * period)
         basis[1], basis[2] = math.cos(angle), math.sin(angle)
         basis[3], basis[4] = s * basis[1], s * basis[2]
         add_sample(matrix, right, basis, y[i], 1.0)
@@ -107,8 +115,8 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
         total_square += y[begin + j] ** 2
     gain = n * math.log((whole + floor) / best_cost) if whole < math.inf else math.inf
     if begin == 0 and gain < 20.0 + 2.0 * math.log(n):
-        return 0
-    return begin + best
+        return 0, whole + floor
+    return begin + best, best_cost
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
@@ -161,13 +169,14 @@ def _add_swings(
     mean: float,
     cosine: Array,
     sine: Array,
+    passed: Array,
     first: int,
     last: int,
     sign: float,
     matrix: Array,
     right: Array,
 ) -> float:
-    """Add samples ``first <= j < last`` to the moments of columns ``1, c, hc, hhc, s, hs``, ``h = j / n``.
+    """Add samples ``first <= j < last`` to the moments of columns ``1, c, hc, hhc, s, hs``, ``h = passed``.
 
     Many of these moments are the same. A negative ``sign`` takes them away.
 
@@ -178,9 +187,8 @@ def _add_swings(
     """
     c0 = c1 = c2 = s0 = s1 = cc0 = cc1 = cc2 = cc3 = cc4 = cs0 = cs1 = cs2 = cs3 = ss0 = ss1 = ss2 = 0.0
     one = yc0 = yc1 = yc2 = ys0 = ys1 = square = 0.0
-    share = 1.0 / cosine.size
     for j in range(first, last):
-        h, c, s, value = j * share, cosine[j], sine[j], y[j] - mean
+        h, c, s, value = passed[j], cosine[j], sine[j], y[j] - mean
         hc, hs = h * c, h * s
         hhc = h * hc
         c0, c1, c2, s0, s1 = c0 + c, c1 + hc, c2 + hhc, s0 + s, s1 + hs
@@ -220,11 +228,76 @@ def _add_swings(
     return square
 
 
+@njit(**INNER)
+def _passed(n: int, rate: float) -> Array:
+    """A time of each of ``n`` samples in which an amplitude that dies away at a rate falls straight."""
+    passed = np.empty(n)
+    for j in range(n):
+        passed[j] = j / n if rate == 0.0 else -math.expm1(-rate * j) / (rate * n)
+    return passed
+
+
+class _End(NamedTuple):
+    """Where the amplitude meets zero [samples], the constant of the oscillation, residual sum of squares."""
+
+    place: float
+    centre: float
+    cost: float
+
+
 @njit(**KERNEL)
-def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float, float, float]:
+def _ends(
+    y: Array, c: Array, s: Array, passed: Array, half: float, beyond_doubt: float
+) -> tuple[_End, _End, _End]:
+    """Where the amplitude meets zero on a line and on a parabola, and that it goes on, on any parabola.
+
+    The samples ``y`` have mean zero; lines and parabolas are those over the time ``passed``. Each place is
+    the first that is worse than the best by no more than ``beyond_doubt`` in chi-square.
+    """
+    n = y.size
+    _, variance = _about(y, 0.0)
+    matrix, right = np.zeros((6, 6)), np.zeros(6)
+    _add_swings(y, 0.0, c, s, passed, ZERO, n, 1.0, matrix, right)
+    x, cost = regression(matrix, right, variance)
+    on = _End(math.inf, x[0], cost)
+    shift = np.zeros((6, 5))
+    straight = bent = _End(math.inf, 0.0, math.inf)
+    # from the end on; a motion does not end within its first three half cycles
+    j, at, places = n - 1, n, math.floor(4.0 * ((n - 2) / half - 3.0))
+    square, tail_sum, tail_square = variance, 0.0, 0.0
+    while True:
+        taken = _add_swings(y, 0.0, c, s, passed, j, at, -1.0, matrix, right)
+        total, _ = _about(y[j:at], 0.0)
+        square, tail_sum, tail_square, at = square - taken, tail_sum + total, tail_square + taken, j
+        tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
+        if tail > straight.cost and tail > bent.cost:
+            # what is constant after costs no less for an earlier place, and now more than all
+            break
+        h = passed[j]
+        shift[0, 0], shift[4, 2] = 1.0, 1.0
+        shift[1, 1], shift[2, 1] = h, -1.0
+        shift[4, 3], shift[5, 3] = h, -1.0
+        shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
+        normal, projected = restricted(matrix, right, shift)
+        x, rest = regression(normal, projected[:4], square)
+        if rest < math.inf and rest + tail <= straight.cost * (1.0 + beyond_doubt / n):
+            straight = _End(float(j), x[0], min(rest + tail, straight.cost))
+        x, rest = regression(normal, projected, square)
+        if rest < math.inf and rest + tail <= bent.cost * (1.0 + beyond_doubt / n):
+            bent = _End(float(j), x[0], min(rest + tail, bent.cost))
+        if places < 0:
+            break
+        j = math.ceil((3.0 + 0.25 * places) * half)
+        places -= 1
+    return straight, bent, on
+
+
+@njit(**KERNEL)
+def _hinge(y: Array, start: int, polynomial: Array, scale: float, rate: float) -> tuple[float, float, float]:
     """Where the amplitude meets zero, constant samples after.
 
-    The amplitude falls to zero on a line, or on a parabola where the data ask for it.
+    The amplitude falls to zero on a line, or where the data ask for it on a parabola, or as under damping in
+    addition to dry friction: an exponential less a constant.
 
     Returns
     -------
@@ -238,53 +311,29 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, float(start))
-    moving = y[start:]
-    mean, _ = _about(moving, 0.0)
-    mean /= n
-    _, variance = _about(moving, mean)
+    total, _ = _about(y[start:], 0.0)
+    mean = total / n
+    moving = _less(y[start:], mean)
+    _, variance = _about(moving, 0.0)
     c, s = _phasors(polynomial, scale, start, n)
-    matrix, right = np.zeros((6, 6)), np.zeros(6)
-    _add_swings(moving, mean, c, s, ZERO, n, 1.0, matrix, right)
-    x, on_cost = regression(matrix, right, variance)
-    on_centre = x[0]
-    shift = np.zeros((6, 5))
-    best, best_cost, centre = math.inf, math.inf, 0.0
-    bent, bent_cost, bent_centre = math.inf, math.inf, 0.0
-    # from the end on; a motion does not end within its first three half cycles
-    j, at, places = n - 1, n, math.floor(4.0 * ((n - 2) / half - 3.0))
-    square, tail_sum, tail_square = variance, 0.0, 0.0
-    while True:
-        taken = _add_swings(moving, mean, c, s, j, at, -1.0, matrix, right)
-        total, _ = _about(moving[j:at], mean)
-        square, tail_sum, tail_square, at = square - taken, tail_sum + total, tail_square + taken, j
-        tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
-        if tail > best_cost and tail > bent_cost:
-            # what is constant after costs no less for an earlier place, and now more than all
-            break
-        i, h = float(start + j), j / n
-        shift[0, 0], shift[4, 2] = 1.0, 1.0
-        shift[1, 1], shift[2, 1] = h, -1.0
-        shift[4, 3], shift[5, 3] = h, -1.0
-        shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
-        normal, projected = restricted(matrix, right, shift)
-        x, rest = regression(normal, projected[:4], square)
-        if rest < math.inf and rest + tail <= best_cost:
-            best, best_cost, centre = i, rest + tail, x[0]
-        x, rest = regression(normal, projected, square)
-        if rest < math.inf and rest + tail <= bent_cost:
-            bent, bent_cost, bent_centre = i, rest + tail, x[0]
-        if places < 0:
-            break
-        j = math.ceil((3.0 + 0.25 * places) * half)
-        places -= 1
-    if best_cost > bent_cost * (1.0 + EVIDENCE / n):
-        best, best_cost, centre = bent, bent_cost, bent_centre
-    if on_cost <= best_cost * (1.0 - 6.0 / n):
-        best, best_cost, centre = math.inf, on_cost, on_centre
-    explained = (variance - best_cost) / 5.0 / max(best_cost / max(n - 6, 1), 1e-300)
-    if variance - best_cost < _LEAST_SHARE * variance:
+    end, bent, on = _ends(moving, c, s, _passed(n, 0.0), half, 0.0)
+    damped = more_bent = _End(math.inf, 0.0, math.inf)
+    if rate > 0.0:
+        # it meets zero at no place where it is lost in noise before
+        damped, more_bent, goes_on = _ends(moving, c, s, _passed(n, rate), half, _BY_CHANCE)
+        if damped.cost < bent.cost:
+            bent = damped
+        if goes_on.cost < on.cost:
+            on = goes_on
+    for other in (bent, more_bent):
+        if end.cost > other.cost * (1.0 + EVIDENCE / n):
+            end = other
+    if on.cost <= min(end.cost, damped.cost, more_bent.cost) * (1.0 - _BY_CHANCE / n):
+        end = on
+    explained = (variance - end.cost) / 5.0 / max(end.cost / max(n - 6, 1), 1e-300)
+    if variance - end.cost < _LEAST_SHARE * variance:
         explained = 0.0
-    return best, centre + mean, explained
+    return start + end.place, end.centre + mean, explained
 
 
 @njit(**INNER)
@@ -438,10 +487,18 @@ def _moving_part(
     polynomial, scale, wander = rough_phase(centre, inphase, quadrature, floor, first, omega * width)
     if not wander < _MOST_WANDER or not rate_of(polynomial, scale, centre[first]) > 0.3 * omega * width:
         return _nothing(NO_OSCILLATION)
-    start = 0
+    start, dying = 0, rate_of_dying_away(centre, amplitude, floor, first)
     if given_start < 0:
-        start = _release(moving, polynomial, scale, centre[first], most_swing)
-    hinge, rest, explained = _hinge(moving, start, polynomial, scale)
+        start, cost = _release(moving, polynomial, scale, centre[first], most_swing, 0.0)
+        if dying > 0.0:
+            damped, damped_cost = _release(moving, polynomial, scale, centre[first], most_swing, dying)
+            if damped_cost < cost:
+                start = damped
+        if start > 0:
+            # by windows none of which the release lies in
+            after, c, s, _ = demodulate(moving[start:], omega * width)
+            dying = rate_of_dying_away(after, amplitudes(c, s), floor, 0)
+    hinge, rest, explained = _hinge(moving, start, polynomial, scale, dying)
     if explained < 12.0 + 2.0 * math.log(moving.size):
         return _nothing(NO_OSCILLATION)
     first_sample, stop = begin + start * width, y.size
