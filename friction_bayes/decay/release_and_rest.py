@@ -313,7 +313,7 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float, rate: float) -
     half = math.pi / rate_of(polynomial, scale, float(start))
     total, _ = _about(y[start:], 0.0)
     mean = total / n
-    moving = _less(y[start:], mean)
+    moving = less(y[start:], mean)
     _, variance = _about(moving, 0.0)
     c, s = _phasors(polynomial, scale, start, n)
     end, bent, on = _ends(moving, c, s, _passed(n, 0.0), half, 0.0)
