@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
@@ -209,7 +210,11 @@ def answered(
         if force is None or force.probability < 0.5 or decay.half_cycles < _FEWEST_HALF_CYCLES:
             break
         later = decay.half_a_cycle_later()
-        other = averaged_over_accounts(later, fit_of(later))
+        try:
+            other = averaged_over_accounts(later, fit_of(later))
+        except InputError:
+            # what is left once the start is gone is no decay: the start is what was measured
+            break
         if _width(other) > _MUCH_NARROWER * _width(fit):
             break
         decay, fit = later, other

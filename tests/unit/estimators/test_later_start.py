@@ -1,0 +1,43 @@
+"""Whether a decay says more from a later turning point on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_bayes import Oscillator, simulate
+from friction_bayes.core.errors import InputError
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.waveform.averaged import answered
+from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+
+SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
+
+
+def test_a_later_part_that_cannot_be_fitted_leaves_the_whole(seed: int) -> None:
+    record = simulate(
+        SYSTEM,
+        friction=0.3,
+        initial_displacement=0.02,
+        duration=8.0,
+        sampling_rate=200.0,
+        noise_sd=1e-5,
+        effects={"random_force.sd": 0.15, "random_force.correlation_time": 0.1},
+        seed=seed,
+    )
+    estimator, fitted = WaveformEstimator(), []
+
+    def fit_of(decay: FreeDecay) -> Fit:
+        fitted.append(decay.later)
+        if decay.later:
+            raise InputError("record", "no free decay under dry friction fits", "give another")
+        return estimator.fit(decay, estimator.default_prior(decay), peaks="highest")
+
+    decay = find_free_decay(record, SYSTEM)
+    used, fit = answered(decay, fit_of)
+    assert fitted == [0, 1]
+    assert used is decay
+    assert fit.random_force is not None
+    assert fit.answer.mean() == pytest.approx(0.3, rel=0.3)
+    assert np.isfinite(fit.answer.std())
