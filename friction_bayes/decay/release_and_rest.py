@@ -16,7 +16,7 @@ from numba import njit
 from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls, rate_of_dying_away
-from friction_bayes.decay.block_means import fill_block_means, less
+from friction_bayes.decay.block_means import about_mean, fill_block_means, less
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     amplitudes,
@@ -113,12 +113,12 @@ def _release(
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
-def _about(y: Array, mean: float) -> tuple[float, float]:
-    """Sum of the samples less a mean, and of their squares."""
+def _sums(y: Array) -> tuple[float, float]:
+    """Sum of the samples, and of their squares."""
     total = square = 0.0
     for i in range(y.size):
-        total += y[i] - mean
-        square += (y[i] - mean) ** 2
+        total += y[i]
+        square += y[i] * y[i]
     return total, square
 
 
@@ -247,7 +247,7 @@ def _ends(
     the first that is worse than the best by no more than ``beyond_doubt`` in chi-square.
     """
     n = y.size
-    _, variance = _about(y, 0.0)
+    _, variance = _sums(y)
     matrix, right = np.zeros((6, 6)), np.zeros(6)
     _add_swings(y, c, s, passed, ZERO, n, 1.0, matrix, right)
     x, cost = regression(matrix, right, variance)
@@ -259,7 +259,7 @@ def _ends(
     square, tail_sum, tail_square = variance, 0.0, 0.0
     while True:
         taken = _add_swings(y, c, s, passed, j, at, -1.0, matrix, right)
-        total, _ = _about(y[j:at], 0.0)
+        total, _ = _sums(y[j:at])
         square, tail_sum, tail_square, at = square - taken, tail_sum + total, tail_square + taken, j
         tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
         if tail > straight.cost and tail > bent.cost:
@@ -303,10 +303,8 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float, rate: float) -
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, float(start))
-    total, _ = _about(y[start:], 0.0)
-    mean = total / n
-    moving = less(y[start:], mean)
-    _, variance = _about(moving, 0.0)
+    moving, mean = about_mean(y[start:])
+    _, variance = _sums(moving)
     c, s = _phasors(polynomial, scale, start, n)
     end, bent, on = _ends(moving, c, s, _passed(n, 0.0), half, 0.0)
     damped = more_bent = _End(math.inf, 0.0, math.inf)
