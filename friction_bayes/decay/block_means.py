@@ -43,12 +43,23 @@ def block_means(values: Array, block: int) -> Array:
 
 @njit(**KERNEL, fastmath={"reassoc"})
 def fill_block_means(values: Array, block: int, offset: float, means: Array) -> None:
-    """The same less ``offset`` in ``means``, shape (blocks,); several samples at a time, in any order."""
-    weight = 1.0 / block
-    for k in range(means.size):
-        part, total = values[k * block : (k + 1) * block], 0.0
-        for i in range(part.size):
-            total += part[i]
+    """The same less ``offset`` in ``means``, shape (blocks,); several samples at a time, in any order.
+
+    Four blocks go on side by side, as each is too short to keep a processor busy.
+    """
+    weight, whole = 1.0 / block, means.size // 4 * 4
+    for k in range(0, whole, 4):
+        part = values[k * block : (k + 4) * block]
+        a, b, c, d = part[:block], part[block:], part[2 * block :], part[3 * block :]
+        sum_a = sum_b = sum_c = sum_d = 0.0
+        for i in range(a.size):
+            sum_a, sum_b, sum_c, sum_d = sum_a + a[i], sum_b + b[i], sum_c + c[i], sum_d + d[i]
+        means[k], means[k + 1] = sum_a * weight - offset, sum_b * weight - offset
+        means[k + 2], means[k + 3] = sum_c * weight - offset, sum_d * weight - offset
+    for k in range(whole, means.size):
+        total = 0.0
+        for i in range(k * block, (k + 1) * block):
+            total += values[i]
         means[k] = total * weight - offset
 
 

@@ -17,7 +17,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INLINED, INNER
-from friction_bayes.decay.demodulation import demodulate, largest
+from friction_bayes.decay.demodulation import demodulate, fill_turns, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression
 
 __all__ = ["driven_half_cycles"]
@@ -104,6 +104,7 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
     amplitude = np.zeros(last // 2 + 1)
     log_noise = 0.0
     matrix, right = np.zeros((3, 3)), np.zeros(3)
+    cosine, sine = np.empty(int(length) + 2), np.empty(int(length) + 2)
     for k in range(amplitude.size):
         a, b = max(2 * k - 1, 0), min(2 * k + 1, last)
         along = inphase[b] * inphase[a] + quadrature[b] * quadrature[a]
@@ -111,18 +112,9 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
         rate = omega + (math.atan2(across, along) / (centre[b] - centre[a]) if b > a else 0.0)
         begin = max(math.ceil(centre[2 * k] - 0.5 * length), 0)
         end = min(math.floor(centre[2 * k] + 0.5 * length) + 1, y.size)
-        angle = rate * (begin - centre[2 * k])
-        c, s = math.cos(angle), math.sin(angle)
-        turn, turn_across = math.cos(rate), math.sin(rate)
-        one_c = one_s = cc = cs = ss = one_y = c_y = s_y = square = 0.0
-        for i in range(begin, end):
-            one_c, one_s = one_c + c, one_s + s
-            cc, cs, ss = cc + c * c, cs + c * s, ss + s * s
-            one_y, c_y, s_y, square = one_y + y[i], c_y + c * y[i], s_y + s * y[i], square + y[i] * y[i]
-            c, s = c * turn - s * turn_across, s * turn + c * turn_across
-        matrix[0, 0], right[0] = end - begin, one_y
-        matrix[1, 0], matrix[1, 1], right[1] = one_c, cc, c_y
-        matrix[2, 0], matrix[2, 1], matrix[2, 2], right[2] = one_s, cs, ss, s_y
+        c, s = cosine[: end - begin], sine[: end - begin]
+        fill_turns(rate * (begin - centre[2 * k]), rate, c, s)
+        square = _fill_moments(y[begin:end], c, s, matrix, right)
         x, rest = regression(matrix, right, square)
         if rest < math.inf:
             amplitude[k] = math.hypot(x[1], x[2])
@@ -130,6 +122,21 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
             # the mean of logarithms, as one window may hold more than noise
             log_noise += 0.5 * math.log(max(variance, 1e-300)) / amplitude.size
     return amplitude, math.exp(log_noise)
+
+
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def _fill_moments(y: Array, cosine: Array, sine: Array, matrix: Array, right: Array) -> float:
+    """Fill in the moments of columns ``1, c, s``, several samples at a time; return the sum of squares."""
+    one_c = one_s = cc = cs = ss = one_y = c_y = s_y = square = 0.0
+    for i in range(y.size):
+        c, s, value = cosine[i], sine[i], y[i]
+        one_c, one_s = one_c + c, one_s + s
+        cc, cs, ss = cc + c * c, cs + c * s, ss + s * s
+        one_y, c_y, s_y, square = one_y + value, c_y + c * value, s_y + s * value, square + value * value
+    matrix[0, 0], right[0] = y.size, one_y
+    matrix[1, 0], matrix[1, 1], right[1] = one_c, cc, c_y
+    matrix[2, 0], matrix[2, 1], matrix[2, 2], right[2] = one_s, cs, ss, s_y
+    return square
 
 
 @njit(**INNER)

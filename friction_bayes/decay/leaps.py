@@ -6,12 +6,11 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
 
-__all__ = ["around_release", "find_leap", "leaps_possible", "may_leap", "widest_gap"]
+__all__ = ["ONWARD", "around_release", "find_leap", "leaps_possible", "may_leap"]
 
 _AROUND = 4
 """Samples on either side through which a straight line goes on to the middle of an interval."""
@@ -72,7 +71,8 @@ def _onward(skipped: int) -> Array:
     return np.asarray(1.0 / _AROUND - (at - at.mean()) * at.mean() / np.sum((at - at.mean()) ** 2))
 
 
-_ONWARD = tuple(_onward(0).tolist())
+ONWARD = tuple(_onward(0).tolist())
+"""Weights of the samples on either side of an interval in the gap in its middle, the nearest first."""
 
 
 @njit(**KERNEL)
@@ -134,7 +134,7 @@ def may_leap(values: Array, gap: float) -> bool:
 @njit(**INNER, fastmath={"contract"})
 def _wider_gaps(values: Array, limit: float) -> int:
     """How many gaps are wider than a limit."""
-    w0, w1, w2, w3 = _ONWARD
+    w0, w1, w2, w3 = ONWARD
     a, b, c = values[1:], values[2:], values[3:]
     d, e, f, g = values[4:], values[5:], values[6:], values[7:]
     count = 0
@@ -142,30 +142,6 @@ def _wider_gaps(values: Array, limit: float) -> int:
         gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
         count += abs(gap) > limit
     return count
-
-
-@njit(**KERNEL)
-def widest_gap(values: NDArray[np.float32]) -> float:
-    """Widest gap in the middle of an interval that has four samples on either side; zero without any."""
-    widest, lanes = np.float32(0.0), np.zeros(_AT_A_TIME, np.float32)
-    whole = max(values.size - 7, 0) // _AT_A_TIME * _AT_A_TIME
-    for begin in range(0, whole, _AT_A_TIME):
-        _wider_in_lanes(values[begin : begin + _AT_A_TIME + 7], lanes)
-    _wider_in_lanes(values[whole:], lanes)
-    for j in range(_AT_A_TIME):
-        widest = max(widest, lanes[j])
-    return float(widest)
-
-
-@njit(**INNER, fastmath={"contract"})
-def _wider_in_lanes(part: NDArray[np.float32], widest: NDArray[np.float32]) -> None:
-    """Take over the gaps of a part that are wider, each in its own place: there is no running largest."""
-    w0, w1 = np.float32(_ONWARD[0]), np.float32(_ONWARD[1])
-    w2, w3 = np.float32(_ONWARD[2]), np.float32(_ONWARD[3])
-    for j in range(part.size - 7):
-        gap = w0 * (part[j + 4] - part[j + 3]) + w1 * (part[j + 5] - part[j + 2])
-        gap = abs(gap + w2 * (part[j + 6] - part[j + 1]) + w3 * (part[j + 7] - part[j]))
-        widest[j] = gap if gap > widest[j] else widest[j]
 
 
 def _gaps(values: Array, skipped: int) -> Array:

@@ -16,7 +16,7 @@ from numba import njit
 from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls, rate_of_dying_away
-from friction_bayes.decay.block_means import fill_block_means, less
+from friction_bayes.decay.block_means import about_mean, fill_block_means, less
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     amplitudes,
@@ -29,7 +29,7 @@ from friction_bayes.decay.demodulation import (
 )
 from friction_bayes.decay.disturbed_release import disturbed_half_cycles
 from friction_bayes.decay.drive import driven_half_cycles
-from friction_bayes.decay.linear_least_squares import add_sample, regression, restricted
+from friction_bayes.decay.linear_least_squares import regression, restricted
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
@@ -77,26 +77,19 @@ def _release(
     n = end - begin
     if n < 12:
         return begin, math.inf
-    phi0 = phase_of(polynomial, scale, first_full)
+    near, passed, cosine, sine = y[begin:end], _passed(n, rate), np.empty(n), np.empty(n)
+    fill_turns(phase_of(polynomial, scale, first_full) + omega * (begin - first_full), omega, cosine, sine)
     stride = max(1, int(period / 32.0))
-    matrix, right, square = np.zeros((5, 5)), np.zeros(5), 0.0
-    basis = np.ones(5)
     latest = int(min(first_full + 0.75 * period, end - 1.25 * period)) - begin
     places = max(latest, 0) // stride + 1
     matrices, rights, squares = np.zeros((places, 5, 5)), np.zeros((places, 5)), np.zeros(places)
-    for j in range(n - 1, -1, -1):
-        i = begin + j
-        angle = phi0 + omega * (i - first_full)
-        s = (i - first_full) / period
-        if rate > 0.0:
-            s = -math.expm1(-rate * (i - begin)) / (rate * period)
-        basis[1], basis[2] = math.cos(angle), math.sin(angle)
-        basis[3], basis[4] = s * basis[1], s * basis[2]
-        add_sample(matrix, right, basis, y[i], 1.0)
-        square += y[i] * y[i]
-        if j % stride == 0 and j <= latest:
-            _copy_moments(matrices[j // stride], rights[j // stride], matrix, right)
-            squares[j // stride] = square
+    matrix, right, square, at = np.zeros((6, 6)), np.zeros(6), 0.0, n
+    for place in range(places - 1, -1, -1):
+        j = place * stride
+        square += _add_swings(near, cosine, sine, passed, j, at, 1.0, matrix, right)
+        at = j
+        _copy_moments(matrices[place], rights[place], matrix, right)
+        squares[place] = square
     floor = 0.5 * n * (_MISFIT * amplitude) ** 2
     whole = math.inf
     if latest >= 0:
@@ -111,8 +104,8 @@ def _release(
                 _, after = regression(matrices[j // stride], rights[j // stride], squares[j // stride])
                 if after + before < best_cost:
                     best, best_cost = j, after + before
-        total += y[begin + j]
-        total_square += y[begin + j] ** 2
+        total += near[j]
+        total_square += near[j] ** 2
     gain = n * math.log((whole + floor) / best_cost) if whole < math.inf else math.inf
     if begin == 0 and gain < 20.0 + 2.0 * math.log(n):
         return 0, whole + floor
@@ -120,12 +113,12 @@ def _release(
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
-def _about(y: Array, mean: float) -> tuple[float, float]:
-    """Sum of the samples less a mean, and of their squares."""
+def _sums(y: Array) -> tuple[float, float]:
+    """Sum of the samples, and of their squares."""
     total = square = 0.0
     for i in range(y.size):
-        total += y[i] - mean
-        square += (y[i] - mean) ** 2
+        total += y[i]
+        square += y[i] * y[i]
     return total, square
 
 
@@ -156,8 +149,8 @@ def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array
 
 @njit(**INNER)
 def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array) -> None:
-    """Copy moments, by loops: slice assignment costs the compiler seconds."""
-    for a in range(right.size):
+    """Copy moments of the first columns, by loops: slice assignment costs the compiler seconds."""
+    for a in range(to_right.size):
         to_right[a] = right[a]
         for b in range(a + 1):
             to_matrix[a, b] = matrix[a, b]
@@ -166,7 +159,6 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
 @njit(**KERNEL, fastmath={"reassoc", "contract"})
 def _add_swings(
     y: Array,
-    mean: float,
     cosine: Array,
     sine: Array,
     passed: Array,
@@ -176,19 +168,19 @@ def _add_swings(
     matrix: Array,
     right: Array,
 ) -> float:
-    """Add samples ``first <= j < last`` to the moments of columns ``1, c, hc, hhc, s, hs``, ``h = passed``.
+    """Add samples ``first <= j < last`` to the moments of columns ``1, c, s, hc, hs, hhc``, ``h = passed``.
 
     Many of these moments are the same. A negative ``sign`` takes them away.
 
     Returns
     -------
     float
-        The sum of squares of the samples less ``mean``.
+        The sum of squares of the samples.
     """
     c0 = c1 = c2 = s0 = s1 = cc0 = cc1 = cc2 = cc3 = cc4 = cs0 = cs1 = cs2 = cs3 = ss0 = ss1 = ss2 = 0.0
     one = yc0 = yc1 = yc2 = ys0 = ys1 = square = 0.0
     for j in range(first, last):
-        h, c, s, value = passed[j], cosine[j], sine[j], y[j] - mean
+        h, c, s, value = passed[j], cosine[j], sine[j], y[j]
         hc, hs = h * c, h * s
         hhc = h * hc
         c0, c1, c2, s0, s1 = c0 + c, c1 + hc, c2 + hhc, s0 + s, s1 + hs
@@ -201,30 +193,30 @@ def _add_swings(
     matrix[0, 0] += sign * (last - first)
     matrix[1, 0] += sign * c0
     matrix[1, 1] += sign * cc0
-    matrix[2, 0] += sign * c1
-    matrix[2, 1] += sign * cc1
-    matrix[2, 2] += sign * cc2
-    matrix[3, 0] += sign * c2
-    matrix[3, 1] += sign * cc2
-    matrix[3, 2] += sign * cc3
-    matrix[3, 3] += sign * cc4
-    matrix[4, 0] += sign * s0
-    matrix[4, 1] += sign * cs0
-    matrix[4, 2] += sign * cs1
+    matrix[2, 0] += sign * s0
+    matrix[2, 1] += sign * cs0
+    matrix[2, 2] += sign * ss0
+    matrix[3, 0] += sign * c1
+    matrix[3, 1] += sign * cc1
+    matrix[3, 2] += sign * cs1
+    matrix[3, 3] += sign * cc2
+    matrix[4, 0] += sign * s1
+    matrix[4, 1] += sign * cs1
+    matrix[4, 2] += sign * ss1
     matrix[4, 3] += sign * cs2
-    matrix[4, 4] += sign * ss0
-    matrix[5, 0] += sign * s1
-    matrix[5, 1] += sign * cs1
+    matrix[4, 4] += sign * ss2
+    matrix[5, 0] += sign * c2
+    matrix[5, 1] += sign * cc2
     matrix[5, 2] += sign * cs2
-    matrix[5, 3] += sign * cs3
-    matrix[5, 4] += sign * ss1
-    matrix[5, 5] += sign * ss2
+    matrix[5, 3] += sign * cc3
+    matrix[5, 4] += sign * cs3
+    matrix[5, 5] += sign * cc4
     right[0] += sign * one
     right[1] += sign * yc0
-    right[2] += sign * yc1
-    right[3] += sign * yc2
-    right[4] += sign * ys0
-    right[5] += sign * ys1
+    right[2] += sign * ys0
+    right[3] += sign * yc1
+    right[4] += sign * ys1
+    right[5] += sign * yc2
     return square
 
 
@@ -255,9 +247,9 @@ def _ends(
     the first that is worse than the best by no more than ``beyond_doubt`` in chi-square.
     """
     n = y.size
-    _, variance = _about(y, 0.0)
+    _, variance = _sums(y)
     matrix, right = np.zeros((6, 6)), np.zeros(6)
-    _add_swings(y, 0.0, c, s, passed, ZERO, n, 1.0, matrix, right)
+    _add_swings(y, c, s, passed, ZERO, n, 1.0, matrix, right)
     x, cost = regression(matrix, right, variance)
     on = _End(math.inf, x[0], cost)
     shift = np.zeros((6, 5))
@@ -266,18 +258,18 @@ def _ends(
     j, at, places = n - 1, n, math.floor(4.0 * ((n - 2) / half - 3.0))
     square, tail_sum, tail_square = variance, 0.0, 0.0
     while True:
-        taken = _add_swings(y, 0.0, c, s, passed, j, at, -1.0, matrix, right)
-        total, _ = _about(y[j:at], 0.0)
+        taken = _add_swings(y, c, s, passed, j, at, -1.0, matrix, right)
+        total, _ = _sums(y[j:at])
         square, tail_sum, tail_square, at = square - taken, tail_sum + total, tail_square + taken, j
         tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
         if tail > straight.cost and tail > bent.cost:
             # what is constant after costs no less for an earlier place, and now more than all
             break
         h = passed[j]
-        shift[0, 0], shift[4, 2] = 1.0, 1.0
-        shift[1, 1], shift[2, 1] = h, -1.0
-        shift[4, 3], shift[5, 3] = h, -1.0
-        shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
+        shift[0, 0], shift[2, 2] = 1.0, 1.0
+        shift[1, 1], shift[3, 1] = h, -1.0
+        shift[2, 3], shift[4, 3] = h, -1.0
+        shift[1, 4], shift[3, 4], shift[5, 4] = h * h, -2.0 * h, 1.0
         normal, projected = restricted(matrix, right, shift)
         x, rest = regression(normal, projected[:4], square)
         if rest < math.inf and rest + tail <= straight.cost * (1.0 + beyond_doubt / n):
@@ -311,10 +303,8 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float, rate: float) -
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, float(start))
-    total, _ = _about(y[start:], 0.0)
-    mean = total / n
-    moving = less(y[start:], mean)
-    _, variance = _about(moving, 0.0)
+    moving, mean = about_mean(y[start:])
+    _, variance = _sums(moving)
     c, s = _phasors(polynomial, scale, start, n)
     end, bent, on = _ends(moving, c, s, _passed(n, 0.0), half, 0.0)
     damped = more_bent = _End(math.inf, 0.0, math.inf)

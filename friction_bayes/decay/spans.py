@@ -14,19 +14,24 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
-from friction_bayes.decay.leaps import widest_gap
+from friction_bayes.decay.leaps import ONWARD
 from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["Extremes", "extremes"]
 
 _NEIGHBOURS = 3
 """Equal samples at an extreme that may be a flat top."""
+_AT_A_TIME, _LANES, _DISTANCES = 1024, 64, 256
+"""Samples that are read while they are near, and how many of them, and of their distances, are compared side
+by side: compilers keep no running largest of one number."""
+_AHEAD = 2 * len(ONWARD) - 1
+"""Samples behind the first of those compared with each other."""
 _APART = 3
-"""Samples that those compared with each other are apart at most."""
-_LANES, _FOLDS = 64, 4
-"""Samples compared side by side, and how often in one go: compilers keep no running largest of one number."""
+"""Samples whose distance is compared are apart at most."""
 _SINGLE = 1e-6
 """Share of the range by which rounding to single precision moves no distance and no gap."""
+_SMALLEST, _LARGEST = 1e-30, 1e30
+"""Ranges that single precision has room for."""
 
 
 class Extremes(NamedTuple):
@@ -60,31 +65,49 @@ class Extremes(NamedTuple):
 
 @njit(**KERNEL)
 def extremes(values: Array) -> Extremes:
-    """Extremes of records, shape (records, n), each read while it is near."""
-    count = values.shape[0]
+    """Extremes of records, shape (records, n), each read once."""
+    count, n = values.shape
     low, high, widest = np.full(count, np.inf), np.full(count, -np.inf), np.zeros(count)
     gap, flat = np.zeros(count), np.zeros(count, np.bool_)
-    share = np.empty(values.shape[1], np.float32)
+    lowest, highest = np.empty(_LANES), np.empty(_LANES)
+    about = np.empty(_AT_A_TIME + _AHEAD, np.float32)
+    ends = np.empty((n // _AT_A_TIME + 1, 2))
     for r in range(count):
         y = values[r]
-        low[r], high[r] = _range(y)
+        far, wide = np.zeros(_DISTANCES, np.float32), np.zeros(_DISTANCES, np.float32)
+        for begin in range(0, n, _AT_A_TIME):
+            part = y[begin : begin + _AT_A_TIME + _AHEAD]
+            bottom, top = _range(part, lowest, highest)
+            low[r], high[r] = min(low[r], bottom), max(high[r], top)
+            ends[begin // _AT_A_TIME, 0], ends[begin // _AT_A_TIME, 1] = bottom, top
+            _fill_about_first(part, about)
+            for at in range(0, part.size, _DISTANCES):
+                _widen(about[at : min(at + _DISTANCES + _AHEAD, part.size)], far, wide)
         span = high[r] - low[r]
-        if 0.0 < span < np.inf:
-            _fill_shares(y, low[r], 1.0 / span, share)
-            widest[r] = (_farthest(share) + _SINGLE) * span
-            gap[r] = (widest_gap(share) + _SINGLE) * span
-            flat[r] = _at_ends(share) >= _NEIGHBOURS
-            flat[r] = flat[r] and _flat(y, low[r] + ROUNDING * span, high[r] - ROUNDING * span)
-        elif y.size > 0:
-            widest[r], gap[r], flat[r] = span, span, span == 0.0 and y.size >= _NEIGHBOURS
+        if _SMALLEST < span < _LARGEST:
+            # the last samples have none so far behind them
+            for i in range(max(n - _AHEAD, 0), n):
+                for j in range(i + 1, min(i + 1 + _APART, n)):
+                    widest[r] = max(widest[r], abs(y[j] - y[i]))
+            for j in range(_DISTANCES):
+                widest[r], gap[r] = max(widest[r], far[j]), max(gap[r], wide[j])
+            widest[r] += _SINGLE * span
+            gap[r] += _SINGLE * span
+        else:
+            widest[r], gap[r] = span, 2.0 * span
+        bottom, top = low[r] + ROUNDING * span, high[r] - ROUNDING * span
+        for begin in range(0, n, _AT_A_TIME):
+            if ends[begin // _AT_A_TIME, 0] <= bottom or ends[begin // _AT_A_TIME, 1] >= top:
+                flat[r] |= _flat(y[begin : begin + _AT_A_TIME + _AHEAD], bottom, top)
     return Extremes(low, high, widest, gap, flat)
 
 
-@njit(**KERNEL)
-def _range(y: Array) -> tuple[float, float]:
+@njit(**INNER)
+def _range(y: Array, lowest: Array, highest: Array) -> tuple[float, float]:
     """Extremes of the samples; infinite where one is not finite."""
-    low, high, nothing = np.inf, -np.inf, 0.0
-    lowest, highest, zeros = np.full(_LANES, np.inf), np.full(_LANES, -np.inf), np.zeros(_LANES)
+    low, high = np.inf, -np.inf
+    for j in range(_LANES):
+        lowest[j], highest[j] = np.inf, -np.inf
     whole = y.size // _LANES * _LANES
     for begin in range(0, whole, _LANES):
         part = y[begin : begin + _LANES]
@@ -92,65 +115,51 @@ def _range(y: Array) -> tuple[float, float]:
             value = part[j]
             lowest[j] = value if value < lowest[j] else lowest[j]
             highest[j] = value if value > highest[j] else highest[j]
-            # of what is not finite this is not a number
-            zeros[j] += 0.0 * value
     for j in range(_LANES):
-        low, high, nothing = min(low, lowest[j]), max(high, highest[j]), nothing + zeros[j]
+        low, high = min(low, lowest[j]), max(high, highest[j])
     for i in range(whole, y.size):
-        low, high, nothing = min(low, y[i]), max(high, y[i]), nothing + 0.0 * y[i]
-    return (low, high) if nothing == 0.0 else (-np.inf, np.inf)
+        low, high = min(low, y[i]), max(high, y[i])
+    return (low, high) if _zeros(y) == 0.0 else (-np.inf, np.inf)
 
 
-@njit(**KERNEL)
-def _fill_shares(y: Array, low: float, scale: float, share: NDArray[np.float32]) -> None:
-    """Fill in the samples as shares of their range."""
+@njit(**INNER, fastmath={"reassoc"})
+def _zeros(y: Array) -> float:
+    """Zero times the samples, added up: not a number where one is not finite."""
+    total = 0.0
     for i in range(y.size):
-        share[i] = (y[i] - low) * scale
-
-
-@njit(**KERNEL)
-def _farthest(y: NDArray[np.float32]) -> float:
-    """Largest distance of two samples up to three apart."""
-    at_a_time, widest = _LANES * _FOLDS, np.float32(0.0)
-    lanes = np.zeros(_LANES, np.float32)
-    whole = max(y.size - _APART, 0) // at_a_time * at_a_time
-    for begin in range(0, whole, at_a_time):
-        _fold(y[begin : begin + at_a_time + _APART], lanes)
-    for j in range(_LANES):
-        widest = max(widest, lanes[j])
-    for i in range(whole, y.size):
-        for j in range(i + 1, min(i + 1 + _APART, y.size)):
-            widest = max(widest, abs(y[j] - y[i]))
-    return float(widest)
+        total += 0.0 * y[i]
+    return total
 
 
 @njit(**INNER)
-def _fold(part: NDArray[np.float32], widest: NDArray[np.float32]) -> None:
-    """Take over, lane by lane, what goes farther in a part: the range of four samples is their distance."""
-    for j in range(_LANES):
-        distance = widest[j]
-        for k in range(j, j + _LANES * _FOLDS, _LANES):
-            a, b, c, d = part[k], part[k + 1], part[k + 2], part[k + 3]
-            above, below = (a if a > b else b), (a if a < b else b)
-            other_above, other_below = (c if c > d else d), (c if c < d else d)
-            above = above if above > other_above else other_above
-            below = below if below < other_below else other_below
-            reach = above - below
-            distance = reach if reach > distance else distance
-        widest[j] = distance
+def _fill_about_first(y: Array, about: NDArray[np.float32]) -> None:
+    """Fill in the samples less the first of them."""
+    for i in range(y.size):
+        about[i] = y[i] - y[0]
 
 
-@njit(**KERNEL, fastmath={"reassoc"})
-def _at_ends(share: NDArray[np.float32]) -> float:
-    """How many samples lie at either end of their range; counted in single precision, several at a time."""
-    bottom, top = np.float32(_SINGLE), np.float32(1.0 - _SINGLE)
-    one, count = np.float32(1.0), np.float32(0.0)
-    for i in range(share.size):
-        count += one if share[i] >= top or share[i] <= bottom else np.float32(0.0)
-    return float(count)
+@njit(**INNER, fastmath={"contract"})
+def _widen(part: NDArray[np.float32], far: NDArray[np.float32], wide: NDArray[np.float32]) -> None:
+    """Take over, each in its own place, wider distances and gaps of a part.
+
+    The range of four samples is their distance.
+    """
+    w0, w1 = np.float32(ONWARD[0]), np.float32(ONWARD[1])
+    w2, w3 = np.float32(ONWARD[2]), np.float32(ONWARD[3])
+    for j in range(part.size - _AHEAD):
+        a, b, c, d = part[j], part[j + 1], part[j + 2], part[j + 3]
+        e, f, g, h = part[j + 4], part[j + 5], part[j + 6], part[j + 7]
+        gap = abs(w0 * (e - d) + w1 * (f - c) + w2 * (g - b) + w3 * (h - a))
+        wide[j] = gap if gap > wide[j] else wide[j]
+        above, below = (a if a > b else b), (a if a < b else b)
+        other_above, other_below = (c if c > d else d), (c if c < d else d)
+        above = above if above > other_above else other_above
+        below = below if below < other_below else other_below
+        reach = above - below
+        far[j] = reach if reach > far[j] else far[j]
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _flat(y: Array, bottom: float, top: float) -> bool:
     above = below = 0
     for i in range(y.size):

@@ -105,7 +105,7 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ComparedFor
         for j, entry in enumerate((q[0, 0], q[0, 1], q[0, 2], q[1, 1], q[1, 2], q[2, 2])):
             forced[j * _LANES + k] = square * entry
         covariance[5 * _LANES + k] = square
-    whitened, innovation = np.zeros((_COLUMNS, 7 * _LANES)), np.empty(_LANES)
+    states = np.zeros((_COLUMNS, 3 * _LANES))
     settled, steady = 0, False
     for i in range(n):
         angle = i * step + 0.5 * math.pi * order
@@ -120,11 +120,9 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ComparedFor
                     log_determinants[i, k] += log_determinants[i - 1, k]
             steady = i > 0 and _close(gains[i], gains[i - 1])
         own = columns[i]
-        # what is added up of a column with those that are not known yet is not used
         for j, value in enumerate((math.cos(angle), math.sin(angle), 1.0)):
-            _advance(value, row, transitions, gains[settled - 1], own, whitened[j], innovation)
-            for k in range(_LANES):
-                own[j * _LANES + k] = innovation[k]
+            whitened = own[j * _LANES : (j + 1) * _LANES]
+            _advance(value, row, transitions, gains[settled - 1], states[j], whitened)
         _add_products(own, products)
     return ForceTable(step, transitions, gains, log_determinants, settled, columns, products)
 
@@ -175,29 +173,30 @@ def _learn(row: Array, covariance: Array, gains: Array) -> None:
 
 
 @njit(**INNER, fastmath={"contract"})
-def _advance(
-    value: float, row: Array, f: Array, gains: Array, columns: Array, sums: Array, innovation: Array
-) -> None:
-    """Update the filters of all forces, side by side, with one sample.
-
-    ``sums`` are the states, and those of the innovations with the columns and themselves; ``innovation``
-    receives these.
-    """
+def _advance(value: float, row: Array, f: Array, gains: Array, states: Array, innovation: Array) -> None:
+    """Update the filters of all forces, side by side, with one sample; ``innovation`` receives theirs."""
     see_x, see_v, see_d = row[0], row[1], row[2]
     for k in range(_LANES):
-        x, v, d = sums[k], sums[_LANES + k], sums[2 * _LANES + k]
+        x, v, d = states[k], states[_LANES + k], states[2 * _LANES + k]
         ahead_x = f[k] * x + f[_LANES + k] * v + f[2 * _LANES + k] * d
         ahead_v = f[3 * _LANES + k] * x + f[4 * _LANES + k] * v + f[5 * _LANES + k] * d
         ahead_d = f[6 * _LANES + k] * d
         e = (value - see_x * ahead_x - see_v * ahead_v - see_d * ahead_d) * gains[3 * _LANES + k]
-        sums[k] = ahead_x + gains[k] * e
-        sums[_LANES + k] = ahead_v + gains[_LANES + k] * e
-        sums[2 * _LANES + k] = ahead_d + gains[2 * _LANES + k] * e
-        sums[3 * _LANES + k] += columns[k] * e
-        sums[4 * _LANES + k] += columns[_LANES + k] * e
-        sums[5 * _LANES + k] += columns[2 * _LANES + k] * e
-        sums[6 * _LANES + k] += e * e
+        states[k] = ahead_x + gains[k] * e
+        states[_LANES + k] = ahead_v + gains[_LANES + k] * e
+        states[2 * _LANES + k] = ahead_d + gains[2 * _LANES + k] * e
         innovation[k] = e
+
+
+@njit(**INNER, fastmath={"contract"})
+def _add_innovation(columns: Array, innovation: Array, sums: Array) -> None:
+    """Add the products of a whitened sample with the whitened columns there, and its square."""
+    for k in range(_LANES):
+        e = innovation[k]
+        sums[k] += columns[k] * e
+        sums[_LANES + k] += columns[_LANES + k] * e
+        sums[2 * _LANES + k] += columns[2 * _LANES + k] * e
+        sums[3 * _LANES + k] += e * e
 
 
 @njit(**INNER, fastmath={"contract"})
@@ -220,17 +219,18 @@ def probability_of_none(residual: Array, row: Array, forces: ComparedForces, tab
     Its free motion, a constant and the noise are integrated out under a flat prior.
     """
     n, count = residual.size, forces.ratio.size
-    sums, innovation = np.zeros(7 * _LANES), np.empty(_LANES)
+    states, sums, innovation = np.zeros(3 * _LANES), np.zeros(4 * _LANES), np.empty(_LANES)
     for i in range(n):
         gains = table.gains[min(i, table.settled - 1)]
-        _advance(residual[i], row, table.transitions, gains, table.columns[i], sums, innovation)
+        _advance(residual[i], row, table.transitions, gains, states, innovation)
+        _add_innovation(table.columns[i], innovation, sums)
     products = table.products
     if n < len(table.columns):
         products = np.zeros(6 * _LANES)
         for i in range(n):
             _add_products(table.columns[i], products)
     last = min(n, table.settled) - 1
-    moments = sums[3 * _LANES :].reshape(4, _LANES)
+    moments = sums.reshape(4, _LANES)
     freedom = n - _COLUMNS
     log_weight = np.empty(count)
     for k in range(count):
