@@ -120,12 +120,12 @@ def _release(
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
-def _about(y: Array, mean: float) -> tuple[float, float]:
-    """Sum of the samples less a mean, and of their squares."""
+def _sums(y: Array) -> tuple[float, float]:
+    """Sum of the samples, and of their squares."""
     total = square = 0.0
     for i in range(y.size):
-        total += y[i] - mean
-        square += (y[i] - mean) ** 2
+        total += y[i]
+        square += y[i] ** 2
     return total, square
 
 
@@ -166,7 +166,6 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
 @njit(**KERNEL, fastmath={"reassoc", "contract"})
 def _add_swings(
     y: Array,
-    mean: float,
     cosine: Array,
     sine: Array,
     passed: Array,
@@ -183,12 +182,12 @@ def _add_swings(
     Returns
     -------
     float
-        The sum of squares of the samples less ``mean``.
+        The sum of squares of the samples.
     """
     c0 = c1 = c2 = s0 = s1 = cc0 = cc1 = cc2 = cc3 = cc4 = cs0 = cs1 = cs2 = cs3 = ss0 = ss1 = ss2 = 0.0
     one = yc0 = yc1 = yc2 = ys0 = ys1 = square = 0.0
     for j in range(first, last):
-        h, c, s, value = passed[j], cosine[j], sine[j], y[j] - mean
+        h, c, s, value = passed[j], cosine[j], sine[j], y[j]
         hc, hs = h * c, h * s
         hhc = h * hc
         c0, c1, c2, s0, s1 = c0 + c, c1 + hc, c2 + hhc, s0 + s, s1 + hs
@@ -255,9 +254,9 @@ def _ends(
     the first that is worse than the best by no more than ``beyond_doubt`` in chi-square.
     """
     n = y.size
-    _, variance = _about(y, 0.0)
+    _, variance = _sums(y)
     matrix, right = np.zeros((6, 6)), np.zeros(6)
-    _add_swings(y, 0.0, c, s, passed, ZERO, n, 1.0, matrix, right)
+    _add_swings(y, c, s, passed, ZERO, n, 1.0, matrix, right)
     x, cost = regression(matrix, right, variance)
     on = _End(math.inf, x[0], cost)
     shift = np.zeros((6, 5))
@@ -266,8 +265,8 @@ def _ends(
     j, at, places = n - 1, n, math.floor(4.0 * ((n - 2) / half - 3.0))
     square, tail_sum, tail_square = variance, 0.0, 0.0
     while True:
-        taken = _add_swings(y, 0.0, c, s, passed, j, at, -1.0, matrix, right)
-        total, _ = _about(y[j:at], 0.0)
+        taken = _add_swings(y, c, s, passed, j, at, -1.0, matrix, right)
+        total, _ = _sums(y[j:at])
         square, tail_sum, tail_square, at = square - taken, tail_sum + total, tail_square + taken, j
         tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
         if tail > straight.cost and tail > bent.cost:
@@ -311,10 +310,10 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float, rate: float) -
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, float(start))
-    total, _ = _about(y[start:], 0.0)
+    total, _ = _sums(y[start:])
     mean = total / n
     moving = less(y[start:], mean)
-    _, variance = _about(moving, 0.0)
+    _, variance = _sums(moving)
     c, s = _phasors(polynomial, scale, start, n)
     end, bent, on = _ends(moving, c, s, _passed(n, 0.0), half, 0.0)
     damped = more_bent = _End(math.inf, 0.0, math.inf)
