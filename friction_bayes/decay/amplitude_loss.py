@@ -111,10 +111,9 @@ def rate_of_dying_away(centre: Array, amplitude: Array, noise: float, first: int
     if last - first < 3:
         return 0.0
     time, seen = centre[first:last] - centre[first], amplitude[first:last]
-    best = 0.0
     straight = _misfit(time, seen, 0.0)
     if straight < EVIDENCE * noise * noise:
-        return best
+        return 0.0
     low, high = -math.log(time[-1]), -math.log(time[1])
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
     while high - low > _RATE_KNOWN:

@@ -59,7 +59,7 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     -------
     xarray.Dataset
         Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` (see
-        :data:`friction_bayes.estimators.batch._STATUS`) and ``friction_mean``, ``friction_sd``,
+        :data:`friction_bayes.estimators.batch.STATUS`) and ``friction_mean``, ``friction_sd``,
         ``plain_mean``, ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be
         used. Over ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a
         threshold, ``probability_above_threshold``, ``probability_never_reached`` and ``remaining_life`` (over
