@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.estimators.witness import Witness, not_negative
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 SURE = 0.95
@@ -78,6 +80,15 @@ def test_the_interval_reaches_from_friction_with_damping_to_dry_friction_alone(
     assert 0.7 * true < found.friction.ppf(0.05) < 1.15 * true
     assert found.friction.ppf(0.95) > found.friction_as_declared.ppf(0.05) > 1.2 * true
     assert "inf" not in str(said[0].message)
+
+
+def test_a_witness_below_zero_draws_the_interval_to_zero() -> None:
+    """As of a decay under drag alone, in which friction with damping would be negative."""
+    one = np.ones(1)
+    posterior, below = (Mixture.of_normals(one, place * one, 0.1 * one) for place in (2.0, -1.0))
+    answer = not_negative(posterior, Witness(below, agrees=False, bounds=False))
+    assert 0.0 < answer.ppf(0.05) < 0.01
+    assert answer.ppf(0.95) == pytest.approx(2.0 + 0.1 * 1.2816, abs=1e-3)
 
 
 def test_neither_dry_friction_nor_a_random_force_is_taken_for_it(seed: int) -> None:
