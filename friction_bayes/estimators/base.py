@@ -179,17 +179,14 @@ class Fit:
         return self.account_parts or (PosteriorPart("the whole posterior", 1.0, False, self.build_target),)
 
     @cached_property
-    def _reconciled(self) -> Any:
-        return self.coefficient if self.witness is None else reconciled(self.coefficient, self.witness)
-
-    @cached_property
     def answer(self) -> Any:
-        return self._reconciled if self.witness is None else not_negative(self._reconciled)
+        return self.coefficient if self.witness is None else not_negative(self.coefficient, self.witness)
 
     @property
     def probability_negative(self) -> float:
         """Probability that friction is negative, before the answer is truncated at zero."""
-        return float(self._reconciled.cdf(0.0))
+        known = self.coefficient if self.witness is None else reconciled(self.coefficient, self.witness)
+        return float(known.cdf(0.0))
 
     @property
     def surely_negative(self) -> bool:

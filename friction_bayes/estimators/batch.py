@@ -31,8 +31,9 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
+from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
 from friction_bayes.estimators.equally_probable import EquallyProbable
-from friction_bayes.estimators.estimate import check_choices, surely_faster_loss
+from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.noise_level import looks_white
 from friction_bayes.estimators.priors import complete_prior
@@ -333,7 +334,7 @@ def _estimate_chunk(
         _refuse_saturated(table, used, decays, white)
     if with_force:
         fit_of = partial(estimator.fit, prior=prior, peaks=PEAKS[0])
-        table, later = _answered(table, used, decays, flags, white, fit_of)
+        table, later = _answered(table, used, decays, flags, white, straight, fit_of)
     if not judge:
         return table
     return np.column_stack([table, _judged(table, used, decays, later, flags, white & straight)])
@@ -491,11 +492,13 @@ def _answered(
     decays: FreeDecays,
     flags: Integers,
     white: Mask,
+    straight: Mask,
     fit_of: Callable[[FreeDecay], Fit],
 ) -> tuple[Array, dict[int, FreeDecay]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
-    But where a glance at the residual shows white noise alone: the fit is the answer there, and what
+    But where a glance at the residual shows white noise alone, and amplitudes do not surely fall as under
+    damping, which they do not in records that are ``straight``: the fit is the answer there, and what
     ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
     records that were answered, ``flags`` with what their forces are warned of for, and ``white`` without
     those that begin later now, which are returned too, by row.
@@ -504,6 +507,8 @@ def _answered(
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
     system, kind, unit, later = decays.system, decays.quantity, decays.unit, dict[int, FreeDecay]()
     as_fitted = white & (table[:, column["friction_low"]] > 0.0)
+    for row in np.flatnonzero(used & as_fitted & ~straight).tolist():
+        as_fitted[row] = surely_faster_loss(decays.decay(row)) is None
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay, fit = answered(decays.decay(row), fit_of)
         if fit.surely_negative:

@@ -14,6 +14,7 @@ from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import number
 from friction_bayes.decay.excursions import set_excursions_aside
@@ -23,7 +24,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import SURELY_FASTER, FasterLoss, faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -40,7 +41,6 @@ __all__ = [
     "estimate",
     "prior_mapping",
     "refuse_clipped",
-    "surely_faster_loss",
 ]
 
 RANDOM_FORCE_CHOICES = ("auto", "none")
@@ -156,7 +156,7 @@ def estimate(
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
             fit = fit_of(decay)
-        warned = _faster_loss_note(decay)
+        warned = _faster_loss_note(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
         acceptance = None
@@ -231,30 +231,32 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
     return accept_by_set_up(_precision_of(fit, method), least, unit=fit.precision_unit)
 
 
-def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
-    """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
-    faster = faster_loss(decay)
-    return None if faster is None or faster.probability < SURELY_FASTER else faster
+def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Warn of a decay that loses more than by dry friction alone: what friction is with damping, and without.
 
-
-def _faster_loss_note(decay: FreeDecay) -> list[str]:
-    """Warn of a decay that loses more than by dry friction alone: the number is then another law's."""
+    Intervals, as the standard deviation after few half cycles is infinite.
+    """
     faster = surely_faster_loss(decay)
     if faster is None:
         return []
+    factor = force_factor(decay.system, decay.quantity, decay.unit)
+    unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
+
+    def interval(coefficient: Any) -> str:
+        low, high = (number(factor * float(coefficient.ppf(p)), 3) for p in TAILS)
+        return f"{low} .. {high} {unit} (90 %)"
+
+    if float(faster.coefficient.cdf(0.0)) > _MAY_BE_NONE:
+        damped = "with damping there need be no dry friction"
+    else:
+        damped = f"with damping dry friction is {interval(faster.coefficient)} by the amplitudes"
+    reported = "this is reported" if fit.witness is None else "the interval reported spans both"
     text = (
         f"{decay.name}: the amplitude falls faster while it is larger (probability "
         f"{number(faster.probability, 3)}), as under viscous damping, drag or friction that falls with time: "
-        "the estimate is what dry friction alone would have to be; "
+        f"{damped}, alone it would have to be {interval(fit.coefficient)}, and {reported}; "
+        "closing the loop (close-loop) separates them"
     )
-    if float(faster.coefficient.cdf(0.0)) > _MAY_BE_NONE:
-        text += "with damping there need be no dry friction"
-    else:
-        factor = force_factor(decay.system, decay.quantity, decay.unit)
-        mean, sd = (factor * value for value in (faster.coefficient.mean(), faster.coefficient.std()))
-        unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
-        text += f"with damping it is {number(mean, 3)} ± {number(sd, 2)} {unit} by the amplitudes alone"
-    text += "; closing the loop separates them"
     warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
 

@@ -62,10 +62,18 @@ def reconciled(posterior: Any, witness: Witness) -> Any:
     return posterior
 
 
-def not_negative(answer: Any) -> Any:
-    """The answer truncated at zero, where its probability below is not negligible."""
-    below = float(answer.cdf(0.0))
-    return _as_mixture(answer).kept_positive() if _NEGATIVE < below < 1.0 else answer
+def not_negative(posterior: Any, witness: Witness) -> Any:
+    """The two reconciled and truncated at zero, where the probability below is not negligible.
+
+    Where they disagree each is truncated by itself: a witness below zero says that there need be no friction.
+    """
+    answer = reconciled(posterior, witness)
+    if not _NEGATIVE < float(answer.cdf(0.0)) < 1.0:
+        return answer
+    if witness.agrees:
+        return _as_mixture(answer).kept_positive()
+    positive = [_as_mixture(each).kept_positive() for each in (posterior, witness.coefficient)]
+    return Mixture.of(positive, (0.5, 0.5))
 
 
 def _as_mixture(distribution: Any) -> Mixture:

@@ -93,7 +93,7 @@ def _witness(result: Mapping[str, Any]) -> str:
     witness = result["witness"]
     text = f"{with_interval(witness['friction'])} by the amplitudes alone"
     if not witness["agrees"]:
-        return f"{text}: DOES NOT AGREE with the shape of the motion, and the interval above spans both"
+        return f"{text}: DOES NOT AGREE with a fit of dry friction alone, and the interval above spans both"
     wide, narrow = (
         high - low for low, high in (result["friction"]["interval90"], witness["friction"]["interval90"])
     )

@@ -38,6 +38,7 @@ __all__ = [
     "FasterLoss",
     "faster_loss",
     "loss_of_amplitude",
+    "surely_faster_loss",
 ]
 
 LOG_ODDS_OF_FASTER = math.log(0.1 / 0.9)
@@ -132,6 +133,12 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
     log_odds += LOG_ODDS_OF_FASTER
     return FasterLoss(float(expit(log_odds)), damped.coefficient)
+
+
+def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
+    """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
+    faster = faster_loss(decay)
+    return None if faster is None or faster.probability < SURELY_FASTER else faster
 
 
 class _Regressed(NamedTuple):

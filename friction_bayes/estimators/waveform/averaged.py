@@ -21,7 +21,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion, PosteriorPart, RandomForce
-from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude
+from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude, surely_faster_loss
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
 from friction_bayes.estimators.witness import Witness
@@ -130,17 +130,24 @@ def _accounts_of(
 def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAccount]) -> Witness | None:
     """Witness by the loss of amplitude of a friction posterior; None where it cannot be computed.
 
+    Where the amplitudes surely fall as under damping, friction is what they leave to it, and disagrees with a
+    fit of dry friction alone. What lies between the two is what other laws leave to it: drag in proportion to
+    the square of the velocity, and friction that falls with time.
+
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    lost = loss_of_amplitude(decay)
+    faster = surely_faster_loss(decay)
+    lost = loss_of_amplitude(decay) if faster is None else faster.coefficient
     if lost is None:
         return None
     if any(each.filter is not None for each in accounts):
         # the amplitudes are those of the signal
         shares = [each.probability for each in accounts]
         lost = Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)
+    if faster is not None:
+        return Witness(lost, agrees=False, bounds=False)
     known = sum(each.probability for each in accounts if each.of_known_noise)
     told_apart = bool(accounts) and (decay.quantity.order < 2 or known > 0.5)
     return Witness.compared(coefficient, lost, bounds=not told_apart)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
 import friction_bayes as fb
+from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.estimators.witness import Witness, not_negative
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 SURE = 0.95
@@ -41,13 +44,51 @@ def test_damping_is_seen_and_friction_with_it_is_right(friction: float, zeta: fl
     assert k * found.coefficient.mean() == pytest.approx(friction, abs=4.0 * k * found.coefficient.std())
 
 
-def test_it_is_said_before_the_number() -> None:
+def friction_said(note: str) -> list[tuple[float, float]]:
+    """The 90 % intervals of a note."""
+    return [(float(low), float(high)) for low, high in re.findall(r"(\S+) \.\. (\S+) N \(90 %\)", note)]
+
+
+def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
     with pytest.warns(fb.RecordWarning, match="falls faster while it is larger") as said:
         found = fb.estimate(decay(0.02, viscous_damping__damping_ratio=0.002), SYSTEM)
-    assert found.notes[0] == str(said[0].message)
-    assert "with damping it is 0.02" in found.notes[0]
+    assert found.notes[0] == str(said[0].message).replace("close_loop", "close-loop")
+    damped, alone = friction_said(found.notes[0])
+    assert 0.9 * 0.02 < damped[0] < 0.02 < damped[1] < 1.1 * 0.02
+    assert alone[0] > 2.0 * 0.02
+    assert "the interval reported spans both" in found.notes[0]
     with pytest.warns(fb.RecordWarning, match="there need be no dry friction"):
         fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
+
+
+def test_a_method_without_a_witness_says_that_it_reports_dry_friction_alone() -> None:
+    with pytest.warns(fb.RecordWarning, match=r"alone it would have to be .* and this is reported"):
+        fb.estimate(decay(0.02, viscous_damping__damping_ratio=0.002), SYSTEM, method="envelope")
+
+
+@pytest.mark.parametrize(
+    ("zeta", "quantity"),
+    [(0.02, "displacement"), (0.02, "acceleration"), (0.05, "displacement"), (0.1, "displacement")],
+)
+def test_the_interval_reaches_from_friction_with_damping_to_dry_friction_alone(
+    zeta: float, quantity: str
+) -> None:
+    """Six to thirty half cycles; dry friction alone would have to be at least 1.3 times what there is."""
+    true = 0.005 * 800.0 * 0.0203
+    with pytest.warns(fb.RecordWarning, match="spans both") as said:
+        found = fb.estimate(decay(true, quantity=quantity, viscous_damping__damping_ratio=zeta), SYSTEM)
+    assert 0.7 * true < found.friction.ppf(0.05) < 1.15 * true
+    assert found.friction.ppf(0.95) > found.friction_as_declared.ppf(0.05) > 1.2 * true
+    assert "inf" not in str(said[0].message)
+
+
+def test_a_witness_below_zero_draws_the_interval_to_zero() -> None:
+    """As of a decay under drag alone, in which friction with damping would be negative."""
+    one = np.ones(1)
+    posterior, below = (Mixture.of_normals(one, place * one, 0.1 * one) for place in (2.0, -1.0))
+    answer = not_negative(posterior, Witness(below, agrees=False, bounds=False))
+    assert 0.0 < answer.ppf(0.05) < 0.01
+    assert answer.ppf(0.95) == pytest.approx(2.0 + 0.1 * 1.2816, abs=1e-3)
 
 
 def test_neither_dry_friction_nor_a_random_force_is_taken_for_it(seed: int) -> None:

@@ -9,7 +9,7 @@ from decays import SYSTEM, long_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.estimators.base import FreeDecays
-from friction_bayes.estimators.estimate import surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
 from friction_bayes.estimators.noise.force_screen import force_table, probability_of_none
 from friction_bayes.estimators.noise.noise_level import compared_forces, looks_white
 from friction_bayes.estimators.registry import estimator_named
