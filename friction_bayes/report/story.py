@@ -258,7 +258,7 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
         ),
         ("friction before", with_interval(report["friction_before"])),
         ("friction after", with_interval(report["friction_after"])),
-        ("dry friction", _dry_friction(report["dry_friction"])),
+        ("dry friction", _dry_friction(report["dry_friction"], report["friction_after"]["interval90"])),
     ]
     # priors of effects that explain nothing say nothing about friction
     if report["effects"] and report["verdict"] != UNEXPLAINED:
@@ -524,9 +524,11 @@ def _sensitivity(shifts: Mapping[str, float | None]) -> str:
     return f"{text}; ten times as {unknown}: cannot be computed from these draws" if unknown else text
 
 
-def _dry_friction(dry: Mapping[str, Any]) -> str:
+def _dry_friction(dry: Mapping[str, Any], interval90: Sequence[float]) -> str:
     limit = f"95 % upper limit {number(dry['upper95'], 2)} {dry['unit']}"
     if dry["probability"] < _UNSEEN:
+        if interval90[0] > 0.0:
+            return f"acts, and takes a small part of the loss; {limit}"
         return f"none can be seen; {limit}" if dry["upper95"] else "none can be seen"
     matters = f"matters with a probability of {percent(dry['probability'])}"
     return f"{matters}; {limit}" if dry["probability"] < _CERTAIN else matters

@@ -25,13 +25,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.waveform.coulomb_signal import signal_derivatives, signals
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms
-from friction_bayes.estimators.waveform.normal_equations import (
-    ADVANCE,
-    COEFFICIENTS,
-    FRICTION,
-    PHASE,
-    Samples,
-)
+from friction_bayes.estimators.waveform.normal_equations import ADVANCE, COEFFICIENTS, PHASE, Samples
 
 __all__ = ["refuse_saturated", "saturation_level"]
 
@@ -84,8 +78,7 @@ def saturation_level(decay: FreeDecay) -> float | None:
     of_law = np.einsum("ni,ij,nj->n", jacobian, np.linalg.inv(fits.normal[0]), jacobian)
     # errors of sensor and law are alike within a bin: its samples inform about them as one does
     in_bin = max(math.pi * (away.size - 1) / (2.0 * p[ADVANCE] * _BINS), 1.0)
-    alike = (_LINEAR * largest) ** 2 + _rounding_alike(decay.values, noise2, 4.0 * abs(p[FRICTION]))
-    variance = noise2 * (1.0 + of_law) + in_bin * alike
+    variance = noise2 * (1.0 + of_law) + in_bin * (_LINEAR * largest) ** 2
     angle = p[ADVANCE] * places + p[PHASE]
     half_cycle = np.rint((angle + 0.5 * order * math.pi) / math.pi).astype(np.int64)
     # a filter is still settling then
@@ -101,20 +94,6 @@ def saturation_level(decay: FreeDecay) -> float | None:
     )
     evidence = float(logsumexp(found)) - math.log(found.size) + _LOG_PRIOR
     return float(levels[int(np.argmax(found)) % levels.size]) if evidence > _SURE else None
-
-
-def _rounding_alike(values: Array, noise2: float, loss: float) -> float:
-    """Variance of what errors of rounding have in common within a bin and over periods.
-
-    Noise of sd ``s`` leaves the share ``exp(-(2 pi s / step)^2)`` of the rounding to a step in common between
-    samples (Widrow, Kollar, Liu 1996, IEEE Trans. Instrum. Meas. 45, 353). Tops of successive periods lie in
-    one place between two steps until the ``loss`` of amplitude a period has moved them.
-    """
-    # tiny where the sensor has no steps
-    step = float(np.median(np.diff(np.unique(values))))
-    rounding = step * step / 12.0
-    share = math.exp(-((2.0 * math.pi / step) ** 2) * max(noise2 - rounding, 0.0))
-    return share * rounding * max(step / loss, 1.0)
 
 
 def refuse_saturated(decay: FreeDecay) -> None:
