@@ -346,18 +346,23 @@ def test_what_the_priors_of_effects_do_to_friction(
 
 
 @pytest.mark.parametrize(
-    ("probability", "words"),
+    ("probability", "low", "words"),
     [
-        (0.01, "none can be seen; 95 % upper limit 0.6 N"),
-        (0.55, "matters with a probability of 55.0 %; 95 % upper limit 0.6 N"),
-        (0.99, "matters with a probability of 99.0 %"),
+        (0.01, 0.0, "none can be seen; 95 % upper limit 0.6 N"),
+        (0.01, 0.4, "acts, and takes a small part of the loss; 95 % upper limit 0.6 N"),
+        (0.55, 0.0, "matters with a probability of 55.0 %; 95 % upper limit 0.6 N"),
+        (0.99, 0.4, "matters with a probability of 99.0 %"),
     ],
 )
 def test_dry_friction_that_is_uncertain_has_a_limit(
-    probability: float, words: str, loop_report: LoopReport
+    probability: float, low: float, words: str, loop_report: LoopReport
 ) -> None:
-    dry = loop_report.dry_friction | {"probability": probability}
-    assert dict(loop_story(replace(loop_report, dry_friction=dry).to_dict()))["dry friction"] == words
+    report = replace(
+        loop_report,
+        dry_friction=loop_report.dry_friction | {"probability": probability},
+        friction_after=loop_report.friction_after | {"interval90": [low, 0.6]},
+    )
+    assert dict(loop_story(report.to_dict()))["dry friction"] == words
 
 
 def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> None:
