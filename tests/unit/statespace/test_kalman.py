@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate_force import solve_ivp
+from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve, expm
 from scipy.stats import multivariate_normal
 
