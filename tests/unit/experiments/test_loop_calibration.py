@@ -163,7 +163,7 @@ def test_small_form(seed: int) -> None:
     assert {row.what: row for row in rows(shifted)}["ranks of friction"].ours == "not uniform"
 
 
-@pytest.mark.parametrize(("order", "phase"), [(0, 0.0), (1, 2.0), (2, 2.0)])
+@pytest.mark.parametrize(("order", "phase"), [(0, 0.0), (2, 2.0)])
 def test_strength_of_a_tenth_of_a_standard_deviation_costs_a_hundredth_of_chi_square(
     order: int, phase: float
 ) -> None:
@@ -195,7 +195,7 @@ def test_a_small_force_has_the_covariance_of_its_paths(order: int) -> None:
     law, force = AddedLaw(friction=0.0, duration=20.0), (1e-3, 1.0)
     looked_at = seen(law, release(1.0), order, np.linspace(0.0, 19.9, 200), 1e-3)
     clean, rng = looked_at.signal(), np.random.default_rng(4)
-    n = 300
+    n = 150
     paths = [
         reading(move(law, looked_at.start, force, rng), order, looked_at.times) - clean for _ in range(n)
     ]
@@ -231,7 +231,7 @@ def test_slight_effects_act_as_often_as_the_loop_states(rng: np.random.Generator
     def drawn(acting: dict[str, tuple[float, ...]], n: int) -> list[dict[str, tuple[float, ...]]]:
         return [loop_priors._draw_slight(looked_at, SETTING, acting, prior, rng) for _ in range(n)]
 
-    n, often = 300, SETTINGS.nuisance
+    n, often = 150, SETTINGS.nuisance
     plain = drawn({}, n)
     for name, strength in SLIGHT.items():
         sizes = np.array([each[name][0] for each in plain if name in each])
