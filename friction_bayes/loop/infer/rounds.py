@@ -218,7 +218,10 @@ class Round:
         )
 
     def half_as_far(self, before: Round) -> Round | None:
-        """The same law along the motion midway from that of the round before; None where it does not turn."""
+        """The same law along the motion midway from that of the round before; None where it does not turn.
+
+        What it is linear about, law and random force, stays that of the whole step.
+        """
         motion = before.motion.at_frequency(self.found.w0 / before.found.w0).midway(self.motion)
         again = replace(self, motion=motion)
         along = again._along(self.whole)

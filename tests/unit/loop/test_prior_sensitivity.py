@@ -33,6 +33,20 @@ def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> 
     )
 
 
+def half_with_an_effect(size: int = 40_000) -> CandidateDraws:
+    """Every other draw has an effect, at its null, and friction that is larger by one."""
+    with_one, nothing = np.arange(size) % 2, np.zeros(size)
+    return CandidateDraws(
+        candidate=with_one,
+        friction=with_one.astype(float),
+        frequency=nothing + 1.0,
+        random_force=nothing,
+        correlation_time=nothing,
+        coefficients=with_one,
+        squares=nothing,
+    )
+
+
 @pytest.mark.parametrize("factor", [0.1, 10.0])
 def test_shift_is_that_of_the_other_posterior(factor: float) -> None:
     mean, sd = 0.15, 0.1
@@ -49,19 +63,7 @@ def test_a_posterior_that_lies_elsewhere_is_not_reported() -> None:
 
 def test_occam_factors_count() -> None:
     """Half of the draws have an effect at its null: a prior ten times as wide leaves a tenth of these."""
-    size = 40_000
-    with_one = np.arange(size) % 2
-    nothing = np.zeros(size)
-    some = CandidateDraws(
-        candidate=with_one,
-        friction=with_one.astype(float),
-        frequency=nothing + 1.0,
-        random_force=nothing,
-        correlation_time=nothing,
-        coefficients=with_one,
-        squares=nothing,
-    )
-    moved = prior_sensitivity(some, TWO, ALL)
+    moved = prior_sensitivity(half_with_an_effect(), TWO, ALL)
     assert moved["10"] == pytest.approx((1.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     assert moved["0.1"] == pytest.approx((10.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     # one given effect of n against none: odds 1 / (2 n - 1), with half of them expected 1 / (3 n - 1)
@@ -77,21 +79,10 @@ def test_occam_factors_count() -> None:
 @pytest.mark.parametrize("evaluated", [1, 3, ALL])
 def test_the_number_expected_counts_among_the_effects_evaluated(evaluated: int) -> None:
     """With twice as many expected of N, one of n has odds 1 / (N / 2 + n - 1), before 1 / (N + n - 1)."""
-    size = 40_000
-    with_one = np.arange(size) % 2
-    nothing = np.zeros(size)
-    some = CandidateDraws(
-        candidate=with_one,
-        friction=with_one.astype(float),
-        frequency=nothing + 1.0,
-        random_force=nothing,
-        correlation_time=nothing,
-        coefficients=with_one,
-        squares=nothing,
-    )
     factor = (ALL + evaluated - 1) / (0.5 * ALL + evaluated - 1)
     expected = (factor / (1.0 + factor) - 0.5) / 0.5
-    assert prior_sensitivity(some, TWO, evaluated)["inclusion_doubled"] == pytest.approx(expected, abs=1e-3)
+    moved = prior_sensitivity(half_with_an_effect(), TWO, evaluated)
+    assert moved["inclusion_doubled"] == pytest.approx(expected, abs=1e-3)
 
 
 def test_a_report_says_it() -> None:
