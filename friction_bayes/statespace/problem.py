@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -149,6 +150,9 @@ class Problem:
         else:
             self.references = first.reference[None]
         self.least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
+        self._possible = np.ones(len(self.sets), np.bool_)
+        self._known: dict[tuple[float, float], SetEvidences] = {}
+        self._bounds: dict[tuple[float, float], list[_Part]] = {}
 
     @classmethod
     def of(cls, regression: LawRegression) -> Problem:
@@ -211,9 +215,12 @@ class Problem:
         left = self._eliminated(grams, 0, self._full_noise2(grams, used))
         return Whitened(left.gram, log_determinant + left.log_determinant, used)
 
-    @cached_property
-    def _known(self) -> dict[tuple[float, float], SetEvidences]:
-        return {}
+    def without(self, sets: Mask) -> Problem:
+        """The same where the ``sets``, shape (n,), have no prior probability; what has been bounded is kept."""
+        again = copy(self)
+        again._possible = self._possible & ~sets
+        again._known = {}
+        return again
 
     def evaluate(self, ratio: float, tau: float) -> SetEvidences:
         """Weights of all sets given the common ``q / sigma`` and ``tau``, remembered."""
@@ -222,32 +229,39 @@ class Problem:
         return self._known[ratio, tau]
 
     def _evaluated(self, ratio: float, tau: float) -> SetEvidences:
+        if (ratio, tau) not in self._bounds:
+            self._bounds[ratio, tau] = self._bounded(ratio, tau)
+        parts = [part.among(self._possible) for part in self._bounds[ratio, tau]]
+        log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
+        best = -math.inf
+        for part in sorted(parts, key=lambda part: -part.bounds.log_weight.max()):
+            found = evaluate_bounded(
+                part.whitened, self.reference, self.positive[self.shared], part.sets, part.bounds, best
+            )
+            best = max(best, float(found.log_weight.max()))
+            log_weight[part.mine], noise2[part.mine] = found.log_weight, found.noise2
+        return SetEvidences(log_weight, noise2, parts[0].bounds.full_noise2)
+
+    def _bounded(self, ratio: float, tau: float) -> list[_Part]:
+        """Upper bounds of the weights of all sets, so that one is evaluated only where it may matter."""
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
-        positive, reference = self.positive[self.shared], self.reference
-        # upper bounds of all sets come first, so that one is evaluated only where it may matter
-        parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
+        parts = []
         for mine, sets, nested in self._parts:
             left = self._eliminated(grams, int(mine[0]), lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
             bounds = bound_sets(
                 whitened,
-                reference,
-                positive,
+                self.reference,
+                self.positive[self.shared],
                 sets,
                 self.log_prior[mine],
                 least_noise2=self.least_noise2,
                 lam=lam,
                 nested=nested,
             )
-            parts.append((mine, whitened, sets, bounds))
-        log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
-        best = -math.inf
-        for mine, whitened, sets, bounds in sorted(parts, key=lambda part: -part[-1].log_weight.max()):
-            found = evaluate_bounded(whitened, reference, positive, sets, bounds, best)
-            best = max(best, float(found.log_weight.max()))
-            log_weight[mine], noise2[mine] = found.log_weight, found.noise2
-        return SetEvidences(log_weight, noise2, lam)
+            parts.append(_Part(mine, sets, whitened, bounds))
+        return parts
 
     def marginals(self, point: GridPoint, row: int) -> tuple[Array, Array]:
         """Marginals of the shared coefficients in a set at a point of the grid, in units of ``scale``."""
@@ -404,6 +418,30 @@ def _distinct(rows: Any) -> tuple[Any, Integers]:
         # sorting is slow where there are very many
         return rows[:1], np.zeros(len(rows), np.intp)
     return np.unique(rows, axis=0, return_inverse=True)
+
+
+class _Part(NamedTuple):
+    """Sets of the same own columns, and upper bounds of their weights at a point.
+
+    Attributes
+    ----------
+    mine : ndarray of int, shape (k,)
+        Their places among all sets.
+    sets : ndarray of bool, shape (k, s)
+        Their shared columns.
+    whitened : Whitened
+    bounds : SetBounds
+    """
+
+    mine: Integers
+    sets: Mask
+    whitened: Whitened
+    bounds: SetBounds
+
+    def among(self, possible: Mask) -> _Part:
+        """The same where some sets have no prior probability, ``possible`` of shape (n,)."""
+        log_weight = np.where(possible[self.mine], self.bounds.log_weight, -np.inf)
+        return self._replace(bounds=self.bounds._replace(log_weight=log_weight))
 
 
 class _Eliminated(NamedTuple):

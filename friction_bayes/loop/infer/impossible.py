@@ -12,6 +12,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.infer.moving_record import LawAlongMotion
 from friction_bayes.statespace.force_grid import Posterior
+from friction_bayes.statespace.problem import Problem
 
 __all__ = ["better_but_impossible", "impossible", "integrate_possible"]
 
@@ -21,31 +22,29 @@ _HIDDEN = 0.5
 """Share of the signal that sensor effects cancel where they hide the motion: at one nothing is left of it."""
 
 
-def integrate_possible(
-    found: LawAlongMotion, integrated: Callable[[LawAlongMotion], Posterior]
-) -> tuple[LawAlongMotion, Posterior]:
+def integrate_possible(found: LawAlongMotion, integrated: Callable[[Problem], Posterior]) -> Posterior:
     """Posterior of a law over the random force, given that the best set is possible.
 
     Parameters
     ----------
     found : LawAlongMotion
-    integrated : callable, (LawAlongMotion) -> Posterior
+    integrated : callable, (Problem) -> Posterior
 
     Returns
     -------
-    found : LawAlongMotion
-        Without the sets that would be better and are impossible.
-    posterior : Posterior
+    Posterior
+        Its problem has no set that would be better and is impossible.
     """
-    posterior = integrated(found)
+    problem = found.problem
+    posterior = integrated(problem)
     while (better := better_but_impossible(found, posterior)).any():
         while better.any():
             # sets that are then the best there are removed at once: integrating again is costly
-            found, best = found.without(better), posterior.best
-            again = replace(best, found=found.problem.evaluate(best.ratio, best.tau))
-            better = better_but_impossible(found, Posterior(found.problem, [again]))
-        posterior = integrated(found)
-    return found, posterior
+            problem, best = problem.without(better), posterior.best
+            again = replace(best, found=problem.evaluate(best.ratio, best.tau))
+            better = better_but_impossible(found, Posterior(problem, [again]))
+        posterior = integrated(problem)
+    return posterior
 
 
 def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:

@@ -31,6 +31,7 @@ from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, out
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import GridPoint
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import SmoothedMotion
 
@@ -130,10 +131,10 @@ class Round:
         """At its mode, given that its best set is possible."""
         prior = self.found.prior.without_force if self.alone else self.found.prior
 
-        def integrated(found: LawAlongMotion) -> Posterior:
-            return integrate_force(found.problem, prior, near=self.near, only_mode=True)
+        def integrated(problem: Problem) -> Posterior:
+            return integrate_force(problem, prior, near=self.near, only_mode=True)
 
-        return integrate_possible(self.found, integrated)[1]
+        return integrate_possible(self.found, integrated)
 
     @property
     def log_evidence(self) -> float:

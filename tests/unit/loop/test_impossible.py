@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.impossible import impossible, integrate_possible
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
@@ -68,18 +68,18 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     found = whole.along(motion, w0, ())
     assert found is not None
 
-    def integrated(law: LawAlongMotion) -> Posterior:
-        return integrate_force(Problem.of(law.regression), law.prior.without_force)
+    def integrated(problem: Problem) -> Posterior:
+        return integrate_force(problem, found.prior.without_force)
 
     def once_a_turn(law: Array) -> float:
         names = [column.parameter for column in found.law.columns]
         return sum(abs(size) for name, size in zip(names, law, strict=True) if name == "once_sine")
 
-    free = integrated(found)
+    free = integrated(found.problem)
     assert once_a_turn(free.best_law()) > 0.5
     assert impossible(found, free)[free.best.chosen]
-    kept, bound = integrate_possible(found, integrated)
-    assert not impossible(kept, bound)[bound.best.chosen]
+    bound = integrate_possible(found, integrated)
+    assert not impossible(found, bound)[bound.best.chosen]
     assert once_a_turn(bound.best_law()) < 0.2
 
 
