@@ -26,7 +26,6 @@ from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
-from friction_bayes.statespace.positive_orthant import cut_moments
 from friction_bayes.statespace.problem import Problem
 
 __all__ = ["Posterior", "integrate_force", "valleys"]
@@ -163,12 +162,7 @@ class Posterior:
 
     def mean_law(self, point: GridPoint, chosen: int) -> Array:
         """Mean coefficients, shape (p,), of a set at a point; zero where absent."""
-        location, scale2 = self.problem.marginals(point, chosen)
-        law = np.zeros(len(self.problem.names))
-        for j in np.flatnonzero(self.problem.sets[chosen]):
-            positive = self.problem.positive[j]
-            law[j] = cut_moments(location[j], scale2[j])[1] if positive else location[j]
-        return law * self.problem.scale
+        return self.problem.mean(point, chosen) * self.problem.scale
 
     def _log_normal(self, values: Array) -> Any:
         use = (self.ratio > 0.0) & (self._share > 0.0)

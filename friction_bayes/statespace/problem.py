@@ -46,6 +46,7 @@ from friction_bayes.statespace.subset_evidence import (
     full_noise2,
     nest,
     set_marginals,
+    set_mean,
     set_posterior,
 )
 
@@ -153,6 +154,7 @@ class Problem:
         self._possible = np.ones(len(self.sets), np.bool_)
         self._known: dict[tuple[float, float], SetEvidences] = {}
         self._bounds: dict[tuple[float, float], list[_Part]] = {}
+        self._together: dict[tuple[float, float], _Eliminated] = {}
 
     @classmethod
     def of(cls, regression: LawRegression) -> Problem:
@@ -216,7 +218,7 @@ class Problem:
         return Whitened(left.gram, log_determinant + left.log_determinant, used)
 
     def without(self, sets: Mask) -> Problem:
-        """The same where the ``sets``, shape (n,), have no prior probability; what has been bounded is kept."""
+        """The same where the ``sets``, shape (n,), have no prior probability; their bounds are kept."""
         again = copy(self)
         again._possible = self._possible & ~sets
         again._known = {}
@@ -269,6 +271,19 @@ class Problem:
             *self.shared_posterior(point, row, self.sets[row]), self.sets[row], self.positive
         )
 
+    def mean(self, point: GridPoint, row: int) -> Array:
+        """Mean shared coefficients, shape (p,), in units of ``scale``; zero where a set has none."""
+        law, shared, found = np.zeros(self.own.size), self.shared, point.found
+        law[shared] = set_mean(
+            self._left(point, row).gram,
+            self.reference,
+            self.sets[row][shared],
+            self.positive[shared],
+            found.full_noise2,
+            float(found.noise2[row]),
+        )
+        return law
+
     def inside(self, row: int) -> Mask:
         """Own columns in a set, shape (p,)."""
         return np.asarray(self._own_sets[self._own_set[row]])
@@ -311,7 +326,12 @@ class Problem:
 
     def _left(self, point: GridPoint, row: int) -> _Eliminated:
         """Sums of the shared columns at a point, a set's own integrated out."""
-        return self._eliminated(self._sums(point.ratio, point.tau)[0], row, point.found.full_noise2)
+        place = point.ratio, point.tau
+        if not self.all_shared:
+            return self._eliminated(self._sums(*place)[0], row, point.found.full_noise2)
+        if place not in self._together:
+            self._together[place] = self._eliminated(self._sums(*place)[0], row, point.found.full_noise2)
+        return self._together[place]
 
     def _shared_posterior(
         self, left: _Eliminated, point: GridPoint, row: int, columns: Mask

@@ -28,7 +28,7 @@ from friction_bayes.core.arrays import ZERO, Array, Indices, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.cholesky import factor, forward
 from friction_bayes.statespace.kalman import Whitened
-from friction_bayes.statespace.positive_orthant import VECTORS, confine, confine_all
+from friction_bayes.statespace.positive_orthant import VECTORS, confine, confine_all, cut_moments
 
 __all__ = [
     "NestedSets",
@@ -41,6 +41,7 @@ __all__ = [
     "full_noise2",
     "nest",
     "set_marginals",
+    "set_mean",
     "set_posterior",
     "solved",
 ]
@@ -170,31 +171,6 @@ def full_noise2(whitened: Whitened) -> float:
     """Noise variance of least squares with all columns, of sums as :func:`evaluate_sets` takes them."""
     p = len(whitened.gram) - 1
     return float(_full_noise(whitened.gram, whitened.used, np.empty((p, p)), np.empty(p)))
-
-
-def set_posterior(
-    gram: Array, reference: Array, columns: Mask, lam: float, noise2: float
-) -> tuple[Array, Array]:
-    """Mean and covariance of a set's coefficients, before they are cut at zero.
-
-    Parameters
-    ----------
-    gram : ndarray, shape (p + 1, p + 1)
-        Sums as :func:`evaluate_sets` takes them.
-    reference : ndarray, shape (p,)
-    columns : ndarray of bool, shape (p,)
-        The set.
-    lam, noise2 : float
-        Noise variance with all columns, in units of which the prior precision is one, and in the set.
-    """
-    mine = np.flatnonzero(columns)
-    absent = gram[mine[:, None], np.flatnonzero(~columns)] @ reference[~columns]
-    right = gram[mine, -1] - lam * reference[mine] + absent
-    both = solved(
-        gram[mine[:, None], mine] + lam * np.eye(mine.size), np.column_stack([np.eye(mine.size), right])
-    )
-    covariance = both[:, :-1]
-    return reference[mine] + both[:, -1], noise2 * 0.5 * (covariance + covariance.T)
 
 
 def solved(matrix: Array, right: Array) -> Array:
@@ -486,6 +462,61 @@ def _evaluate_sets(
         log_weight[s] = bound[s] + confine_all(some, mean, cov, every[:some], where, spread, room)
         best = max(best, log_weight[s])
     return best
+
+
+@njit(**KERNEL)
+def set_posterior(
+    gram: Array, reference: Array, columns: Mask, lam: float, noise2: float
+) -> tuple[Array, Array]:
+    """Mean and covariance of a set's coefficients, before they are cut at zero.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (p + 1, p + 1)
+        Sums as :func:`evaluate_sets` takes them.
+    reference : ndarray, shape (p,)
+    columns : ndarray of bool, shape (p,)
+        The set.
+    lam, noise2 : float
+        Noise variance with all columns, in units of which the prior precision is one, and in the set.
+    """
+    p = reference.size
+    work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
+    index, root = np.empty(p, np.int64), np.zeros((p, p))
+    size = _penalised(gram, lam, reference, columns, index, work, rhs, back)
+    factor(work, size)
+    forward(work, rhs, size, half)
+    mean, cov = np.empty(size), np.empty((size, size))
+    for i in range(size):
+        _inverse_column(work, size, i, root[i])
+        mean[i] = reference[index[i]]
+        for k in range(i, size):
+            mean[i] += root[i, k] * half[k]
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(i, size):
+                total += root[i, k] * root[j, k]
+            cov[i, j] = cov[j, i] = total * noise2
+    return mean, cov
+
+
+@njit(**KERNEL)
+def set_mean(
+    gram: Array, reference: Array, columns: Mask, positive: Mask, lam: float, noise2: float
+) -> Array:
+    """Mean coefficients of a set, shape (p,), zero where it lacks one; parameters as above.
+
+    Of those that have to be ``positive``, shape (p,), that of what lies above zero.
+    """
+    mean, cov = set_posterior(gram, reference, columns, lam, noise2)
+    where, spread, law = np.empty(mean.size), np.empty(mean.size), np.zeros(reference.size)
+    confine(mean, cov, positive[columns], where, spread)
+    a = 0
+    for j in range(reference.size):
+        if columns[j]:
+            law[j] = cut_moments(where[a], spread[a])[1] if positive[j] else where[a]
+            a += 1
+    return law
 
 
 @njit(**INNER)

@@ -18,6 +18,8 @@ __all__ = ["better_but_impossible", "impossible", "integrate_possible"]
 
 _NEGLIGIBLE = 1e-3
 """Probability of sets that need not be looked at."""
+_AT_ONCE = 64
+"""Sets that are looked at together at most."""
 _HIDDEN = 0.5
 """Share of the signal that sensor effects cancel where they hide the motion: at one nothing is left of it."""
 
@@ -80,33 +82,32 @@ def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
 
 def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, bool]]:
     """Sets and whether they are possible, the most probable first."""
-    sets, weight = found.sets.columns, posterior.weight
+    weight = posterior.weight
+    order, at = np.argsort(-weight.sum(axis=0)), weight.argmax(axis=0)
     pushes, hides = _Friction(found), _Sensor(found.law)
-    for k in np.argsort(-weight.sum(axis=0)).tolist():
-        possible = not (pushes.may(sets[k]) or hides.may(sets[k]))
-        if not possible:
-            law = posterior.mean_law(posterior.points[int(np.argmax(weight[:, k]))], k)
-            possible = not (pushes(law) or hides(law))
-        yield k, possible
+    start, some = 0, 1
+    while start < order.size:
+        # the first are often all that is looked at
+        sets = order[start : start + some]
+        laws = np.array([posterior.mean_law(posterior.points[at[k]], k) for k in sets.tolist()])
+        yield from zip(sets.tolist(), ~(pushes(laws) | hides(laws)), strict=True)
+        start, some = start + some, min(2 * some, _AT_ONCE)
 
 
 class _Friction:
-    """Whether the dry friction of a law pushes for a part of the way."""
+    """Whether the dry friction of laws pushes for a part of the way."""
 
     def __init__(self, found: LawAlongMotion) -> None:
         law, path = found.law, found.path
         self.rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
         self.work = (-path.expected_direction * np.abs(path.v))[:, None] * law.forces[:, self.rubs]
 
-    def may(self, columns: Mask) -> bool:
-        """Whether a set may do so: one column of friction alone resists."""
-        return int(np.count_nonzero(columns & self.rubs)) > 1
-
-    def __call__(self, coefficients: Array) -> bool:
-        work = self.work @ coefficients[self.rubs]
-        size = float(np.abs(work).sum())
-        pushed = float(np.maximum(-work, 0.0).sum())
-        return pushed > settings.SETTINGS.minor_share * size
+    def __call__(self, laws: Array) -> Mask:
+        """Of laws (k, p), shape (k,)."""
+        work = self.work @ laws[:, self.rubs].T
+        size = np.abs(work).sum(axis=0)
+        pushed = 0.5 * (size - work.sum(axis=0))
+        return np.asarray(pushed > settings.SETTINGS.minor_share * size)
 
 
 class _Sensor:
@@ -118,9 +119,6 @@ class _Sensor:
         signal = signal - signal.mean()
         self.shares = signal @ law.sensor[:, self.of_sensor] / float(signal @ signal)
 
-    def may(self, columns: Mask) -> bool:
-        """Whether a set may do so."""
-        return bool(columns[self.of_sensor].any())
-
-    def __call__(self, coefficients: Array) -> bool:
-        return abs(float(self.shares @ coefficients[self.of_sensor])) > _HIDDEN
+    def __call__(self, laws: Array) -> Mask:
+        """Of laws (k, p), shape (k,)."""
+        return np.asarray(np.abs(laws[:, self.of_sensor] @ self.shares) > _HIDDEN)
