@@ -37,26 +37,35 @@ def integrate_possible(found: LawAlongMotion, integrated: Callable[[Problem], Po
     Posterior
         Its problem has no set that would be better and is impossible.
     """
-    problem = found.problem
-    posterior = integrated(problem)
+    posterior = integrated(found.problem)
     while (better := better_but_impossible(found, posterior)).any():
-        while better.any():
-            # sets that are then the best there are removed at once: integrating again is costly
-            problem, best = problem.without(better), posterior.best
-            again = replace(best, found=problem.evaluate(best.ratio, best.tau))
-            better = better_but_impossible(found, Posterior(problem, [again]))
-        posterior = integrated(problem)
+        posterior = integrated(posterior.problem.without(better))
     return posterior
 
 
 def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
-    """Impossible sets that are more probable than the first possible one, shape (m,)."""
-    beyond = np.zeros(len(found.sets.columns), np.bool_)
+    """Impossible sets that are more probable than the best possible one, shape (m,).
+
+    Without them others may be the best at the most probable force, and as impossible: these are included,
+    since to integrate again is costly.
+    """
+    place, beyond = posterior.best, np.zeros(len(found.sets.columns), np.bool_)
+    while (ahead := _ahead(found, posterior)).any():
+        beyond |= ahead
+        problem = posterior.problem.without(ahead)
+        again = replace(place, found=problem.evaluate(place.ratio, place.tau))
+        posterior = Posterior(problem, [again])
+    return beyond
+
+
+def _ahead(found: LawAlongMotion, posterior: Posterior) -> Mask:
+    """Impossible sets that come before the first possible one, shape (m,)."""
+    ahead = np.zeros(len(found.sets.columns), np.bool_)
     for k, possible in _judged(found, posterior):
         if possible:
             break
-        beyond[k] = True
-    return beyond
+        ahead[k] = True
+    return ahead
 
 
 def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
@@ -81,9 +90,10 @@ def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
 
 
 def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, bool]]:
-    """Sets and whether they are possible, the most probable first."""
+    """Sets that have been evaluated and whether they are possible, the most probable first."""
     weight = posterior.weight
-    order, at = np.argsort(-weight.sum(axis=0)), weight.argmax(axis=0)
+    total, at = weight.sum(axis=0), weight.argmax(axis=0)
+    order = np.argsort(-total)[: np.count_nonzero(total)]
     pushes, hides = _Friction(found), _Sensor(found.law)
     start, some = 0, 1
     while start < order.size:
