@@ -77,7 +77,13 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
 
     free = integrated(found.problem)
     assert once_a_turn(free.best_law()) > 0.5
-    assert impossible(found, free)[free.best.chosen]
+    beyond = impossible(found, free)
+    assert beyond[free.best.chosen]
+    assert np.count_nonzero(beyond) > 1
+    # what was not evaluated has no law of its own, and is not judged by another
+    only = np.zeros_like(free.weight, np.bool_)
+    only[:, free.best.chosen] = True
+    assert np.flatnonzero(impossible(found, free.among(only))).tolist() == [free.best.chosen]
     bound = integrate_possible(found, integrated)
     assert not impossible(found, bound)[bound.best.chosen]
     assert once_a_turn(bound.best_law()) < 0.2

@@ -7,6 +7,7 @@ import pytest
 
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, Whitened, sensor_row
+from friction_bayes.statespace.positive_orthant import cut_moments
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import SmoothedMotion
@@ -145,6 +146,32 @@ def test_one_record_is_what_it_is_alone(members) -> None:
     for k in range(len(SETS)):
         together, by_itself = problem.marginals(point(joint), k), Problem.of(alone).marginals(point(found), k)
         np.testing.assert_allclose(together[0][~OWN], by_itself[0][~OWN], rtol=1e-6)
+
+
+def test_without_the_best_set_the_others_are_what_they_are_without_its_prior(members) -> None:
+    problem = Problem(members, OWN, SOME)
+    before = problem.evaluate(RATIO, TAU)
+    # a set that was far behind may have been bounded alone
+    best = np.arange(len(before.log_weight)) == before.log_weight.argmax()
+    without = problem.without(best)
+    for tau in (TAU, 2.0 * TAU):
+        found = without.evaluate(RATIO, tau)
+        anew = Problem(members, OWN, SOME).evaluate(RATIO, tau)
+        assert np.isneginf(found.log_weight[best]).all()
+        assert found.log_weight.max() == pytest.approx(anew.log_weight[~best].max(), rel=1e-9)
+        # the problem that it was made from has all sets, at places that it has not been at too
+        np.testing.assert_allclose(problem.evaluate(RATIO, tau).log_weight, anew.log_weight, rtol=1e-12)
+
+
+def test_mean_coefficients_are_those_of_the_marginals_cut_at_zero(members) -> None:
+    problem = Problem(members, OWN, SOME)
+    found = point(problem.evaluate(RATIO, TAU))
+    assert POSITIVE[~OWN].any()
+    for row in range(len(problem.sets)):
+        location, scale2 = problem.marginals(found, row)
+        cut = [cut_moments(*pair)[1] for pair in zip(location, scale2, strict=True)]
+        expected = np.where(problem.sets[row], np.where(POSITIVE, cut, location), 0.0)
+        np.testing.assert_allclose(problem.mean(found, row), expected, rtol=1e-9)
 
 
 def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
