@@ -44,6 +44,46 @@ def test_damping_is_seen_and_friction_with_it_is_right(friction: float, zeta: fl
     assert k * found.coefficient.mean() == pytest.approx(friction, abs=4.0 * k * found.coefficient.std())
 
 
+@pytest.mark.parametrize(
+    ("quantity", "zeta", "share", "half_cycles"),
+    [
+        ("displacement", 0.02, 0.02, 8),
+        ("displacement", 0.05, 0.0035, 18),
+        ("displacement", 0.05, 0.005, 8),
+        ("displacement", 0.1, 0.02, 18),
+        ("velocity", 0.05, 0.005, 12),
+        ("acceleration", 0.02, 0.02, 8),
+        ("acceleration", 0.02, 0.001, 40),
+        ("acceleration", 0.05, 0.05, 18),
+    ],
+)
+def test_friction_with_damping_is_right_to_the_end_of_the_record(
+    quantity: str, zeta: float, share: float, half_cycles: int
+) -> None:
+    """A sampled half cycle of a damped decay is no pure cosine, a whole number of samples or centred on them.
+
+    ``share`` is friction over stiffness and amplitude; nearly without noise what is left is systematic.
+    """
+    amplitude, true = 0.02, share * 800.0 * 0.02
+    record = fb.simulate(
+        SYSTEM,
+        friction=true,
+        initial_displacement=amplitude,
+        duration=half_cycles * np.pi / 20.0,
+        sampling_rate=600.0 / np.pi,
+        noise_sd=1e-5 * amplitude * {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}[quantity],
+        seed=1,
+        quantity=quantity,
+        effects={"viscous_damping.damping_ratio": zeta},
+    )
+    located = find_free_decay(record, SYSTEM)
+    found = faster_loss(located)
+    assert found is not None
+    k = SYSTEM.force_factor(located.quantity)
+    assert k * found.coefficient.mean() == pytest.approx(true, rel=0.03)
+    assert k * found.coefficient.ppf(0.02) < true < k * found.coefficient.ppf(0.98)
+
+
 def friction_said(note: str) -> list[tuple[float, float]]:
     """The 90 % intervals of a note."""
     return [(float(low), float(high)) for low, high in re.findall(r"(\S+) \.\. (\S+) N \(90 %\)", note)]
