@@ -99,7 +99,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
     The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is half-normal
-    with sd one, as in the catalogue's viscous damping. The Bayes factor is the density of the data given
+    with the sd with which this takes all that is lost. The Bayes factor is the density of the data given
     ``c``, averaged over that prior, over the density given ``c = 0``, both with all else integrated out.
 
     Parameters
@@ -128,7 +128,8 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
             return None
         damped = found
         fitted = damped.start + ratio * damped.coefficient.mean() - damped.last.mean() * lost
-    exponents = stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
+    sd = max((fitted[0] - fitted[-1]) / lost[-1], 0.0)
+    exponents = sd * stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
     log_odds += LOG_ODDS_OF_FASTER

@@ -84,6 +84,37 @@ def test_friction_with_damping_is_right_to_the_end_of_the_record(
     assert k * found.coefficient.ppf(0.02) < true < k * found.coefficient.ppf(0.98)
 
 
+@pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
+@pytest.mark.parametrize("zeta", [0.17, 0.2])
+@pytest.mark.parametrize("duration", [0.8, 1.2])
+def test_strong_damping_of_a_few_half_cycles_is_seen(quantity: str, zeta: float, duration: float) -> None:
+    """Three to four e-folds, after which friction stops what is left; dry friction alone takes a fiftieth."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.08,
+        initial_displacement=0.02,
+        duration=duration,
+        sampling_rate=200.0,
+        noise_sd=6e-5 * {"displacement": 1.0, "acceleration": 400.0}[quantity],
+        seed=1,
+        quantity=quantity,
+        effects={"viscous_damping.damping_ratio": zeta},
+    )
+    found = faster_loss(find_free_decay(record, SYSTEM))
+    assert found is not None
+    assert found.probability > SURE
+
+
+def test_drag_that_leaves_less_than_no_friction_to_damping_is_seen() -> None:
+    """Its exponent lies beyond the one with which damping takes all that is lost."""
+    record = decay(1e-9, quadratic_drag__drag_coefficient=8.0)
+    located = find_free_decay(record, SYSTEM)
+    found = faster_loss(located)
+    assert found is not None
+    assert found.coefficient.cdf(0.0) > 0.99
+    assert found.probability > SURE
+
+
 def friction_said(note: str) -> list[tuple[float, float]]:
     """The 90 % intervals of a note."""
     return [(float(low), float(high)) for low, high in re.findall(r"(\S+) \.\. (\S+) N \(90 %\)", note)]
