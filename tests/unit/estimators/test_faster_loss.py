@@ -10,8 +10,9 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.estimators.envelope import loss_of_amplitude
+from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.witness import Witness, not_negative
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
@@ -130,6 +131,25 @@ def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
     assert "the interval reported spans both" in found.notes[0]
     with pytest.warns(fb.RecordWarning, match="there need be no dry friction"):
         fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
+
+
+def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By ``estimate``, and in a batch too short for a glance at its amplitudes."""
+    computed = []
+
+    def counted(decay: FreeDecay) -> FasterLoss | None:
+        computed.append(decay.name)
+        return faster_loss(decay)
+
+    monkeypatch.setattr(loss_of_amplitude, "faster_loss", counted)
+    fb.estimate(decay(0.4), SYSTEM, method="envelope")
+    fb.estimate(decay(0.4), SYSTEM)
+    assert len(computed) == 2
+    computed.clear()
+    records = [decay(0.8, seed=seed).values for seed in range(4)]
+    many = fb.estimate_batch(np.array(records), SYSTEM, sampling_rate=250.0, quantity="displacement")
+    assert int((many["warnings"] != 0).sum()) == 0
+    assert sorted(computed) == [f"record {row}" for row in range(4)]
 
 
 def test_a_method_without_a_witness_says_that_it_reports_dry_friction_alone() -> None:
