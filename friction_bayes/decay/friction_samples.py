@@ -17,7 +17,7 @@ from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
-from friction_bayes.decay.phase_tracking import coulomb_fit, track_phase, tracked_phase
+from friction_bayes.decay.phase_tracking import UNDAMPED, coulomb_fit, track_phase, tracked_phase
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.mechanics.pendulum import frequency_ratio, friction_of_period, swing_amplitude
 
@@ -250,7 +250,7 @@ def friction_sample_statistics(
         if stop[k] - start[k] < 8:
             continue
         values, _ = about_mean(records[k, start[k] : stop[k]])
-        polynomial = track_phase(values, step, frequency[k], phase[k], order)
+        polynomial = track_phase(values, step, frequency[k], phase[k], order, UNDAMPED)
         _, peaks = _peaks_of_periods(values, step, polynomial, highest)
         centre = 0.0
         if swing_frequency > 0.0:

@@ -3,7 +3,8 @@
 Two steps. A tracker goes through the record period by period, predicting each from the ones before it, so
 that a rough frequency suffices. Gauss-Newton then refines a polynomial phase together with the Coulomb
 amplitudes, from moments of the samples over half cycles. Phase errors are orthogonal to amplitude errors to
-first order, so a phase with more freedom than a linear system needs costs no precision in friction.
+first order, so a phase with more freedom than a linear system needs costs no precision in friction. Half
+cycles under viscous damping are no pure cosines: where it may act it is fitted too.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from friction_bayes.decay.phase_polynomial import phase_at, rises, time_of_phase
 
 __all__ = [
     "MAX_DEGREE",
+    "UNDAMPED",
     "coulomb_fit",
     "half_cycle_moments",
     "nearest_turning_points",
@@ -34,8 +36,14 @@ __all__ = [
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
 
+UNDAMPED = np.False_
+"""For kernels that track the phase of dry friction alone: for a literal numba would compile it once more."""
+
 _SETTLED = 1e-5
 """Step [rad] after which Gauss-Newton ends; the next would be a tenth of it at most."""
+_ONE, _COS, _SIN, _LATER_SIN, _LATER_COS = range(5)
+"""Functions of a half cycle whose moments are taken."""
+_MOMENTS = 5
 _FREQUENCY_SD = 0.05
 _FREQUENCY_WANDER = 0.003
 _PHASE_SD = 0.5
@@ -113,9 +121,9 @@ class _HalfCycles(NamedTuple):
         Of each half cycle, ``floor(theta / pi)`` with the displacement's phase ``theta``.
     place : ndarray, shape (m,)
         Position of its middle.
-    matrix, right : ndarray, shapes (m, 4, 4) and (m, 4)
-        Moments of ``1, cos(chi), sin(chi), t sin(chi)`` with each other (lower triangle) and with the
-        samples, ``t`` being the position less that of the middle.
+    matrix, right : ndarray, shapes (m, 5, 5) and (m, 5)
+        Moments of ``1, cos(chi), sin(chi), t sin(chi), t cos(chi)`` with each other and with the samples,
+        ``t`` being the position less that of the middle.
     """
 
     number: Integers
@@ -129,20 +137,27 @@ def _add_half_cycle(
     y: Array, cosine: Array, sine: Array, spacing: float, matrix: Array, right: Array
 ) -> None:
     """Add up the moments of :class:`_HalfCycles`, several samples at a time."""
-    c = s = cc = sc = ts = tsc = tss = tsts = one = yc = ys = yts = 0.0
+    c = s = cc = sc = ts = tsc = tss = tsts = tc = tcc = tctc = tcts = one = yc = ys = yts = ytc = 0.0
     first = -0.5 * (y.size - 1) * spacing
     for j in range(y.size):
         value, a, b = y[j], cosine[j], sine[j]
-        d = (first + j * spacing) * b
+        t = first + j * spacing
+        d, e = t * b, t * a
         c, s, cc, sc = c + a, s + b, cc + a * a, sc + a * b
         ts, tsc, tss, tsts = ts + d, tsc + d * a, tss + d * b, tsts + d * d
-        one, yc, ys, yts = one + value, yc + value * a, ys + value * b, yts + value * d
+        tc, tcc, tctc, tcts = tc + e, tcc + e * a, tctc + e * e, tcts + e * d
+        one, yc, ys = one + value, yc + value * a, ys + value * b
+        yts, ytc = yts + value * d, ytc + value * e
     n = float(y.size)
     matrix[0, 0] = n
     matrix[1, 0], matrix[1, 1] = c, cc
     matrix[2, 0], matrix[2, 1], matrix[2, 2] = s, sc, n - cc
     matrix[3, 0], matrix[3, 1], matrix[3, 2], matrix[3, 3] = ts, tsc, tss, tsts
-    right[0], right[1], right[2], right[3] = one, yc, ys, yts
+    matrix[4, 0], matrix[4, 1], matrix[4, 2], matrix[4, 3], matrix[4, 4] = tc, tcc, tsc, tcts, tctc
+    for i in range(_MOMENTS):
+        for j in range(i):
+            matrix[j, i] = matrix[i, j]
+    right[0], right[1], right[2], right[3], right[4] = one, yc, ys, yts, ytc
 
 
 @njit(**KERNEL)
@@ -157,7 +172,10 @@ def half_cycle_moments(
     first = math.floor((phase_at(polynomial, begin)[0] - shift) / math.pi)
     count = math.floor((phase_at(polynomial, begin + (n - 1) * spacing)[0] - shift) / math.pi) - first + 1
     found = _HalfCycles(
-        np.empty(count, np.int64), np.zeros(count), np.zeros((count, 4, 4)), np.zeros((count, 4))
+        np.empty(count, np.int64),
+        np.zeros(count),
+        np.zeros((count, _MOMENTS, _MOMENTS)),
+        np.zeros((count, _MOMENTS)),
     )
     cosine, sine = np.empty(n), np.empty(n)
     i = ZERO
@@ -187,74 +205,82 @@ def half_cycle_moments(
 
 
 @njit(**INNER)
-def _refine(
-    cycles: _HalfCycles, order: int, amplitude: float, friction: float, free: int
-) -> tuple[Array, bool]:
-    """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none."""
-    columns = 3 + free
+def _refine(cycles: _HalfCycles, order: int, polynomial: Array, law: Array, free: int) -> tuple[Array, bool]:
+    """One Gauss-Newton step in the law and in ``free`` coefficients of the phase, all of them or none.
+
+    The ``law``, as it was before, is ``(c, a, u)``, followed by a damping where there may be one: its half
+    cycles are no pure cosines, and what is no cosine would pass for an error of the phase.
+    """
+    columns, phase = law.size + free, law.size
     matrix, right = np.zeros((columns, columns)), np.zeros(columns)
-    # of the sine and of t times it, in the phase's coefficients
-    sine, slope = np.zeros(free), np.zeros(free)
+    weight = np.zeros((columns, _MOMENTS))
+    weight[0, _ONE] = weight[1, _COS] = 1.0
+    damping = law[3] if law.size > 3 else 0.0
+    swing, lost, place = 0.0, 0.0, cycles.place[0]
     for k in range(cycles.number.size):
         own, seen, position = cycles.matrix[k], cycles.right[k], cycles.place[k]
-        odd, sign = 2.0 * cycles.number[k] + 1.0, 0.0
+        odd = 2.0 * cycles.number[k] + 1.0
         if order == 0:
-            sign = 1.0 if cycles.number[k] % 2 == 0 else -1.0
-        # the column of friction is sign - odd cos
-        of_one, of_cosine = sign * own[0, 0] - odd * own[1, 0], sign * own[1, 0] - odd * own[1, 1]
-        matrix[0, 0] += own[0, 0]
-        matrix[1, 0] += own[1, 0]
-        matrix[1, 1] += own[1, 1]
-        matrix[2, 0] += of_one
-        matrix[2, 1] += of_cosine
-        matrix[2, 2] += sign * of_one - odd * of_cosine
-        right[0] += seen[0]
-        right[1] += seen[1]
-        right[2] += sign * seen[0] - odd * seen[1]
+            weight[2, _ONE] = 1.0 if cycles.number[k] % 2 == 0 else -1.0
+        weight[2, _COS] = -odd
+        # what damping has taken is the integral of the swing, by the trapezoidal rule between the middles
+        reach = 0.5 * (position - place)
+        lost += reach * swing
+        swing = max((law[1] - odd * law[2] - damping * lost) / (1.0 + damping * reach), 0.0)
+        lost += reach * swing
+        place = position
+        if law.size > 3:
+            _, rate = phase_at(polynomial, position)
+            weight[3, _COS], weight[3, _LATER_COS] = -lost, -swing
+            # at its turning points the velocity is zero
+            weight[3, _SIN] = (1 - order) * swing / rate
         # the Chebyshev polynomials and their slopes at the middle
-        swing = -max(amplitude - odd * friction, 0.0)
         before, now, slope_before, slope_now = 1.0, position, 0.0, 1.0
-        for m in range(free):
-            sine[m], slope[m] = swing * before, swing * slope_before
+        for m in range(phase, columns):
+            weight[m, _SIN], weight[m, _LATER_SIN] = -swing * before, -swing * slope_before
             before, now, slope_before, slope_now = (
                 now,
                 2.0 * position * now - before,
                 slope_now,
                 2.0 * now + 2.0 * position * slope_now - slope_before,
             )
-        for m in range(free):
-            with_one = sine[m] * own[2, 0] + slope[m] * own[3, 0]
-            with_cosine = sine[m] * own[2, 1] + slope[m] * own[3, 1]
-            with_sine = sine[m] * own[2, 2] + slope[m] * own[3, 2]
-            with_slope = sine[m] * own[3, 2] + slope[m] * own[3, 3]
-            matrix[3 + m, 0] += with_one
-            matrix[3 + m, 1] += with_cosine
-            matrix[3 + m, 2] += sign * with_one - odd * with_cosine
-            for j in range(m + 1):
-                matrix[3 + m, 3 + j] += with_sine * sine[j] + with_slope * slope[j]
-            right[3 + m] += sine[m] * seen[2] + slope[m] * seen[3]
+        for i in range(columns):
+            for b in range(_MOMENTS):
+                product = 0.0
+                for a in range(_MOMENTS):
+                    product += weight[i, a] * own[a, b]
+                for j in range(i + 1):
+                    matrix[i, j] += product * weight[j, b]
+                right[i] += weight[i, b] * seen[b]
     return solve_spd(matrix, right)
 
 
 @njit(**KERNEL)
-def _settle(values: Array, begin: float, spacing: float, order: int, result: Array, degree: int) -> None:
+def _settle(
+    values: Array, begin: float, spacing: float, order: int, result: Array, degree: int, damped: bool
+) -> None:
     """Gauss-Newton of phase, amplitudes and middle, while the phase in ``result`` rises."""
     polynomial = result[: degree + 1].copy()
     cycles = half_cycle_moments(values, begin, spacing, order, polynomial)
-    found, ok = _refine(cycles, order, 0.0, 0.0, ZERO)
+    law = np.zeros(4 if damped else 3)
+    found, ok = _refine(cycles, order, polynomial, np.zeros(3), ZERO)
+    for k in range(3):
+        law[k] = found[k]
     for again in range(12):
         if again > 0:
             cycles = half_cycle_moments(values, begin, spacing, order, polynomial)
-        if ok:
-            found, ok = _refine(cycles, order, found[1], found[2], polynomial.size)
+        if not ok:
+            break
+        found, ok = _refine(cycles, order, polynomial, law, polynomial.size)
         if not ok:
             break
         largest = 0.0
         for k in range(degree + 1):
-            largest += abs(found[3 + k])
+            largest += abs(found[law.size + k])
         scale = 0.5 / largest if largest > 0.5 else 1.0
         for k in range(degree + 1):
-            polynomial[k] += scale * found[3 + k]
+            polynomial[k] += scale * found[law.size + k]
+        law = found[: law.size]
         if not rises(polynomial):
             break
         for k in range(degree + 1):
@@ -267,14 +293,16 @@ def _settle(values: Array, begin: float, spacing: float, order: int, result: Arr
 def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
     """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
     cycles = half_cycle_moments(values, -1.0, 2.0 / (values.size - 1), order, polynomial)
-    found, ok = _refine(cycles, order, 0.0, 0.0, ZERO)
+    found, ok = _refine(cycles, order, polynomial, np.zeros(3), ZERO)
     if not ok:
         return np.nan, np.nan, np.nan
     return found[0], found[1], found[2]
 
 
 @njit(**KERNEL)
-def track_phase(values: Array, step: float, frequency: float, phase: float, order: int) -> Array:
+def track_phase(
+    values: Array, step: float, frequency: float, phase: float, order: int, damped: bool
+) -> Array:
     r"""Find the phase of a free decay as a Chebyshev polynomial of time.
 
     Parameters
@@ -287,6 +315,8 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
         Rough angular frequency [rad/s] and displacement phase ``theta`` of the first sample [rad].
     order : int
         Derivative order ``q`` of the signal.
+    damped : bool
+        Whether the amplitude may be lost by viscous damping as well; the phase is less precise then.
 
     Returns
     -------
@@ -326,12 +356,18 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
             for k in range(MAX_DEGREE + 1):
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
-    _settle(means, begin, spacing, order, result, degree)
+    _settle(means, begin, spacing, order, result, degree, damped)
     return result
 
 
-def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
+def tracked_phase(decay: FreeDecay, *, damped: bool = False) -> tuple[Array, Array, float]:
     """Phase of a decay on an even grid as a function of time, from its data.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+    damped : bool
+        As for :func:`track_phase`.
 
     Returns
     -------
@@ -344,7 +380,7 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
     """
     assert decay.evenly_spaced
     values, reference = about_mean(decay.values)
-    polynomial = track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order)
+    polynomial = track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order, damped)
     return polynomial, values, reference
 
 

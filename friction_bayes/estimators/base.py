@@ -18,6 +18,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
+from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
@@ -151,6 +152,8 @@ class Fit:
         Its posterior; None where there are no accounts.
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
+    faster_loss : FasterLoss or None
+        The loss of amplitude where it is surely not that of dry friction alone, once it was looked for.
     answer : frozen scipy.stats distribution or Mixture
         Friction coefficient as it is reported: ``coefficient``, reconciled with the witness and not
         negative, where there is a witness.
@@ -173,6 +176,7 @@ class Fit:
     account_parts: tuple[PosteriorPart, ...] = ()
     random_force: RandomForce | None = None
     witness: Witness | None = None
+    faster_loss: FasterLoss | None = None
 
     @property
     def parts(self) -> tuple[PosteriorPart, ...]:

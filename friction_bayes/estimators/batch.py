@@ -321,7 +321,7 @@ def _estimate_chunk(
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
     flags[_finite(family.cdf(0.0, *coefficient)) > SURELY_NEGATIVE] |= _BIT["negative_friction"]
-    used, later = found.copy(), dict[int, FreeDecay]()
+    used, looked_at = found.copy(), dict[int, tuple[FreeDecay, bool]]()
     white, straight = np.zeros((2, len(values)), dtype=np.bool_)
     if judge or with_force:
         seen_through = fits if fits.glance is not None else _whole_signals(decays)
@@ -334,10 +334,10 @@ def _estimate_chunk(
         _refuse_saturated(table, used, decays, white)
     if with_force:
         fit_of = partial(estimator.fit, prior=prior, peaks=PEAKS[0])
-        table, later = _answered(table, used, decays, flags, white, straight, fit_of)
+        table, looked_at = _answered(table, used, decays, flags, white, straight, fit_of)
     if not judge:
         return table
-    return np.column_stack([table, _judged(table, used, decays, later, flags, white & straight)])
+    return np.column_stack([table, _judged(table, used, decays, looked_at, flags, white & straight)])
 
 
 def _refuse(table: Array, row: int, status: int) -> None:
@@ -381,14 +381,14 @@ def _judged(
     table: Array,
     used: Mask,
     decays: FreeDecays,
-    later: Mapping[int, FreeDecay],
+    looked_at: Mapping[int, tuple[FreeDecay, bool]],
     flags: Integers,
     straight: Mask,
 ) -> Integers:
     """Bits of the warnings of each record, shape (records,): those found, and those of the decays used.
 
-    Whether the amplitude falls faster while it is larger is not asked of those that are ``straight``. Decays
-    that begin ``later`` than located are by row.
+    Whether the amplitude falls faster while it is larger is not asked of those that are ``straight``, and
+    known of those ``looked_at``, by row with the decay that was used.
     """
     system, located = decays.system, decays.located
     frequency, frequency_sd = (table[:, _COLUMNS.index(name)] for name in ("frequency", "frequency_sd"))
@@ -398,11 +398,15 @@ def _judged(
         "frequency": far_apart(system, frequency, frequency_sd),
         **{name: np.zeros_like(used) for name in ("later_start", "faster_loss", "pendulum")},
     }
-    found["later_start"][list(later)] = True
-    for row in np.flatnonzero(used & (system.angular | ~straight)).tolist():
-        decay = later.get(row) or decays.decay(row)
-        found["faster_loss"][row] = not straight[row] and surely_faster_loss(decay) is not None
-        found["pendulum"][row] = bool(pendulum_notes(decay))
+    for row in np.flatnonzero(used).tolist():
+        decay, faster = looked_at.get(row, (None, False))
+        if decay is None and (system.angular or not straight[row]):
+            decay = decays.decay(row)
+            faster = not straight[row] and surely_faster_loss(decay) is not None
+        if decay is not None:
+            found["later_start"][row] = decay.later > 0
+            found["faster_loss"][row] = faster
+            found["pendulum"][row] = bool(pendulum_notes(decay))
     judged = flags.copy()
     for name, applies in found.items():
         judged[applies] |= _BIT[name]
@@ -494,29 +498,31 @@ def _answered(
     white: Mask,
     straight: Mask,
     fit_of: Callable[[FreeDecay], Fit],
-) -> tuple[Array, dict[int, FreeDecay]]:
+) -> tuple[Array, dict[int, tuple[FreeDecay, bool]]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
     But where a glance at the residual shows white noise alone, and amplitudes do not surely fall as under
     damping, which they do not in records that are ``straight``: the fit is the answer there, and what
     ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
-    records that were answered, ``flags`` with what their forces are warned of for, and ``white`` without
-    those that begin later now, which are returned too, by row.
+    records that were answered, ``flags`` with what their forces are warned of for. Returned too are the
+    decays that were looked at, by row, and whether their amplitude falls faster while it is larger.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
-    system, kind, unit, later = decays.system, decays.quantity, decays.unit, dict[int, FreeDecay]()
+    system, kind, unit = decays.system, decays.quantity, decays.unit
+    looked_at: dict[int, tuple[FreeDecay, bool]] = {}
     as_fitted = white & (table[:, column["friction_low"]] > 0.0)
     for row in np.flatnonzero(used & as_fitted & ~straight).tolist():
-        as_fitted[row] = surely_faster_loss(decays.decay(row)) is None
+        decay = decays.decay(row)
+        as_fitted[row] = surely_faster_loss(decay) is None
+        looked_at[row] = decay, False
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay, fit = answered(decays.decay(row), fit_of)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             used[row] = False
             continue
-        if decay.later > 0:
-            later[row], white[row] = decay, False
+        looked_at[row] = decay, fit.faster_loss is not None
         flags[row] &= ~_BIT["negative_friction"]
         flags[row] |= _BIT["push"] * rather_a_push(fit.random_force)
         new = {
@@ -536,7 +542,7 @@ def _answered(
             new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
         for name, value in new.items():
             table[row, column[name]] = value
-    return table, later
+    return table, looked_at
 
 
 def _finite(values: Array) -> Array:

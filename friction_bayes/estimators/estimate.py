@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict, is_dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -155,7 +155,7 @@ def estimate(
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
-            fit = fit_of(decay)
+            fit = replace(fit_of(decay), faster_loss=surely_faster_loss(decay))
         warned = _faster_loss_note(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
@@ -236,7 +236,7 @@ def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
 
     Intervals, as the standard deviation after few half cycles is infinite.
     """
-    faster = surely_faster_loss(decay)
+    faster = fit.faster_loss
     if faster is None:
         return []
     factor = force_factor(decay.system, decay.quantity, decay.unit)

@@ -58,7 +58,7 @@ class EnvelopeEstimator(TabulatedPrior):
         polynomial, values, reference = tracked_phase(decay)
         prior = complete_prior(self.name, self.default_prior(decay), prior)
         order, swing = decay.quantity.order, swing_frequency(decay.system, decay.unit)
-        response, design, half_cycles = half_cycle_rows(values, polynomial, order, swing)
+        response, design, place = half_cycle_rows(values, polynomial, order, swing)
         if not np.all(np.isfinite(response)):
             raise InputError(
                 decay.name,
@@ -68,7 +68,7 @@ class EnvelopeEstimator(TabulatedPrior):
         if response.size < _MIN_ROWS:
             raise InputError(
                 decay.name,
-                f"{half_cycles} half cycles could be fitted, with {response.size} data for three unknowns",
+                f"{place.size} half cycles could be fitted, with {response.size} data for three unknowns",
                 "give a longer record or one sampled faster",
             )
         response = response + reference * design[:, REST_POSITION]
@@ -80,7 +80,7 @@ class EnvelopeEstimator(TabulatedPrior):
             precision=stats.gamma(after.alpha, scale=1.0 / after.beta),
             precision_unit=inverse_square(decay.unit),
             posterior=after,
-            amplitudes=half_cycles,
+            amplitudes=place.size,
             frequency=float(
                 small_motion_frequency(polynomial[None], duration, order, after.mean[None], swing)[0]
             ),

@@ -26,14 +26,20 @@ from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
-from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, half_cycle_moments, track_phase
+from friction_bayes.decay.phase_tracking import (
+    MAX_DEGREE,
+    UNDAMPED,
+    coulomb_fit,
+    half_cycle_moments,
+    track_phase,
+)
 from friction_bayes.mechanics.pendulum import linear_amplitude, third_harmonic
 
 __all__ = ["EnvelopeStatistics", "envelope_statistics", "half_cycle_rows", "least_squares"]
 
-_SLOPE, _F, _G, _ONE, _SIGNAL = range(5)
-"""Functions of a half cycle: ``df/dtheta``, ``f``, ``g``, 1, and the samples themselves."""
-_FUNCTIONS = 5
+_SLOPE, _F, _G, _ONE, _PLACE, _SIGNAL = range(6)
+"""Functions of a half cycle: ``df/dtheta``, ``f``, ``g``, 1, the position times ``f``, and the samples."""
+_FUNCTIONS = 6
 _A, _U, _C = range(3)
 """Columns of the regression: initial amplitude, friction coefficient, rest position."""
 
@@ -46,7 +52,7 @@ _SMALLEST_SHARE = 1e-3
 
 def half_cycle_rows(
     values: Array, polynomial: Array, order: int, swing_frequency: float
-) -> tuple[Array, Array, int]:
+) -> tuple[Array, Array, Array]:
     """Amplitude of every half cycle, and the rest position, as rows of a regression on ``(a, u, c)``.
 
     Where a half cycle has fewer than 6 samples, blocks of several are projected together.
@@ -70,8 +76,9 @@ def half_cycle_rows(
         Amplitudes first, the rest position last.
     design : ndarray, shape (rows, 3)
         Columns: initial amplitude ``a``, friction coefficient ``u``, rest position ``c``.
-    amplitudes : int
-        How many half cycles (or blocks of them) gave an amplitude.
+    place : ndarray, shape (amplitudes,)
+        Position in [-1, 1] to which each amplitude belongs where it changes within its half cycle (or block
+        of them), as dry friction alone does not make it.
     """
     # what a pendulum takes in addition need not be compiled for others
     if swing_frequency > 0.0:
@@ -82,15 +89,15 @@ def half_cycle_rows(
 @njit(**KERNEL)
 def _rows_of_pendulum(
     values: Array, polynomial: Array, order: int, swing_frequency: float
-) -> tuple[Array, Array, int]:
+) -> tuple[Array, Array, Array]:
     swing = _without_third_harmonic(values, polynomial, order, swing_frequency)
-    response, design, used = _rows(swing, polynomial, order, _COMPLETE_ALONE)
-    _straighten(response, design, used, order, swing_frequency)
-    return response, design, used
+    response, design, place = _rows(swing, polynomial, order, _COMPLETE_ALONE)
+    _straighten(response, design, place.size, order, swing_frequency)
+    return response, design, place
 
 
 @njit(**KERNEL)
-def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) -> tuple[Array, Array, int]:
+def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) -> tuple[Array, Array, Array]:
     """Rows of an oscillation without harmonics, of ``complete_alone`` half cycles or of all."""
     n = values.size
     shift = 0.5 * order * math.pi
@@ -102,7 +109,7 @@ def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) ->
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
     with_slope, with_f, with_one = _products(values, polynomial, order, stride, first_block, blocks)
     response = np.zeros(blocks + 1)
-    design = np.zeros((blocks + 1, 3))
+    design, place = np.zeros((blocks + 1, 3)), np.zeros(blocks)
     rest = np.zeros(_FUNCTIONS)
     used = ZERO
     for block in range(blocks):
@@ -118,12 +125,13 @@ def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) ->
                 for b in range(_FUNCTIONS):
                     rest[b] += one_products[b]
                 _put(response, design, used, f_products, f_products[_F])
+                place[used] = f_products[_PLACE] / f_products[_F]
                 used += 1
     rows = used
     if rest[_ONE] > _SMALLEST_SHARE * n:
         _put(response, design, rows, rest, rest[_ONE])
         rows += 1
-    return response[:rows].copy(), design[:rows].copy(), used
+    return response[:rows].copy(), design[:rows].copy(), place[:used].copy()
 
 
 @njit(**INNER)
@@ -146,7 +154,7 @@ def _products(
     )
     cycles = half_cycle_moments(values, -1.0, 2.0 / (values.size - 1), order, polynomial)
     for k in range(cycles.number.size):
-        half, moments, right = cycles.number[k], cycles.matrix[k], cycles.right[k]
+        half, moments, right, middle = cycles.number[k], cycles.matrix[k], cycles.right[k], cycles.place[k]
         block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
         sign = 0.0
         if order == 0:
@@ -157,11 +165,12 @@ def _products(
             (1, 1.0, with_f[block]),
             (0, 1.0, with_one[block]),
         ):
-            one, cosine, sine = moments[row, 0], moments[max(row, 1), min(row, 1)], moments[2, row]
+            one, cosine, sine = moments[row, 0], moments[row, 1], moments[row, 2]
             products[_SLOPE] -= turn * sine
             products[_F] += turn * cosine
             products[_G] += turn * (sign * one - (2 * half + 1) * cosine)
             products[_ONE] += turn * one
+            products[_PLACE] += turn * (moments[4, row] + middle * cosine)
             products[_SIGNAL] += turn * right[row]
     return with_slope, with_f, with_one
 
@@ -301,7 +310,7 @@ def envelope_statistics(
         if stop[k] - start[k] < 8:
             continue
         values, reference = about_mean(records[k, start[k] : stop[k]])
-        polynomial = track_phase(values, step, frequency[k], phase[k], order)
+        polynomial = track_phase(values, step, frequency[k], phase[k], order, UNDAMPED)
         if swing_frequency > 0.0:
             response, design, _ = _rows_of_pendulum(values, polynomial, order, swing_frequency)
         else:

@@ -75,7 +75,7 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
         In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
         few half cycles determine it.
     """
-    response, design = _rows(decay)
+    response, design, _ = _rows(decay, damped=False)
     found = _regressed(response, design)
     return None if found is None else found.coefficient
 
@@ -98,10 +98,9 @@ class FasterLoss(NamedTuple):
 def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
-    With the exponent ``c`` of the whole record a half cycle loses the share ``c / n`` of its amplitude as
-    well; ``c`` is half-normal with sd one, as in the catalogue's viscous damping. The Bayes factor is the
-    density of the data given ``c``, averaged over that prior, over the density given ``c = 0``, both with all
-    else integrated out.
+    The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is half-normal
+    with the sd with which this takes all that is lost. The Bayes factor is the density of the data given
+    ``c``, averaged over that prior, over the density given ``c = 0``, both with all else integrated out.
 
     Parameters
     ----------
@@ -112,23 +111,25 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     FasterLoss or None
         None where there are too few half cycles to compute it.
     """
-    response, design = _rows(decay)
+    response, design, place = _rows(decay, damped=True)
     alone = _regressed(response, design, exact=EXACT_TO**2)
     if alone is None:
         return None
-    amplitudes = np.abs(design[:-1, _AMPLITUDE]) > 0.0
-    ratio = design[:-1, _FRICTION][amplitudes] / design[:-1, _AMPLITUDE][amplitudes]
-    fitted = alone.start + ratio * alone.coefficient.mean()
+    # up to the place of each amplitude, so that what is lost within its half cycle is taken as sampled
+    size = place.size
+    share, ratio = design[:size, _AMPLITUDE], design[:size, _FRICTION] / design[:size, _AMPLITUDE]
+    step, fitted = 0.5 * np.diff(place), response[:size] / share
     column, damped = np.zeros(response.size), alone
     for _ in range(_ROUNDS):
-        lost = np.concatenate([[0.0], np.cumsum(0.5 * (fitted[1:] + fitted[:-1]))]) / fitted.size
-        column[:-1][amplitudes] = -design[:-1, _AMPLITUDE][amplitudes] * lost
+        lost = np.concatenate([[0.0], np.cumsum(0.5 * step * (fitted[1:] + fitted[:-1]))])
+        column[:size] = -share * lost
         found = _regressed(response, np.column_stack([design, column]), exact=EXACT_TO**2)
         if found is None:
             return None
         damped = found
         fitted = damped.start + ratio * damped.coefficient.mean() - damped.last.mean() * lost
-    exponents = stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
+    sd = max((fitted[0] - fitted[-1]) / lost[-1], 0.0)
+    exponents = sd * stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
     log_odds += LOG_ODDS_OF_FASTER
@@ -149,13 +150,12 @@ class _Regressed(NamedTuple):
     last: Mixture
 
 
-def _rows(decay: FreeDecay) -> tuple[Array, Array]:
-    """Response, shape (rows,), and design, (rows, 3), of the amplitudes and the rest position."""
+def _rows(decay: FreeDecay, *, damped: bool) -> tuple[Array, Array, Array]:
+    """See :func:`~friction_bayes.estimators.envelope.half_cycle_rows.half_cycle_rows`."""
     decay = decay.on_even_grid()
-    polynomial, values, _ = tracked_phase(decay)
+    polynomial, values, _ = tracked_phase(decay, damped=damped)
     swing = swing_frequency(decay.system, decay.unit)
-    response, design, _ = half_cycle_rows(values, polynomial, decay.quantity.order, swing)
-    return response, design
+    return half_cycle_rows(values, polynomial, decay.quantity.order, swing)
 
 
 def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regressed | None:

@@ -21,7 +21,11 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion, PosteriorPart, RandomForce
-from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude, surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import (
+    FasterLoss,
+    loss_of_amplitude,
+    surely_faster_loss,
+)
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
 from friction_bayes.estimators.witness import Witness
@@ -127,18 +131,20 @@ def _accounts_of(
     )
 
 
-def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAccount]) -> Witness | None:
+def _witness_of(
+    decay: FreeDecay, coefficient: Any, faster: FasterLoss | None, accounts: Sequence[NoiseAccount]
+) -> Witness | None:
     """Witness by the loss of amplitude of a friction posterior; None where it cannot be computed.
 
     Where the amplitudes surely fall as under damping, friction is what they leave to it, and disagrees with a
     fit of dry friction alone. What lies between the two is what other laws leave to it: drag in proportion to
-    the square of the velocity, and friction that falls with time.
+    the square of the velocity, and friction that falls with time. Their evidence does not decide: the two by
+    theirs would contain the friction of one record under drag in twenty, and of none where friction falls.
 
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    faster = surely_faster_loss(decay)
     lost = loss_of_amplitude(decay) if faster is None else faster.coefficient
     if lost is None:
         return None
@@ -170,9 +176,10 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         frequency_sd=fit.frequency_sd,
         noise_sd=fit.noise_sd,
     )
-    accounts = _accounts_of(decay, white, fit.motion, fit.rest_position)
+    accounts, faster = _accounts_of(decay, white, fit.motion, fit.rest_position), surely_faster_loss(decay)
+    fit = replace(fit, faster_loss=faster)
     if not accounts:
-        return replace(fit, witness=_witness_of(decay, fit.coefficient, ()))
+        return replace(fit, witness=_witness_of(decay, fit.coefficient, faster, ()))
     answer = _averaged(white, accounts)
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
@@ -185,7 +192,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         accounts=accounts,
         account_parts=_parts(decay, fit, accounts),
         random_force=_random_force_of(accounts),
-        witness=_witness_of(decay, answer.coefficient, accounts),
+        witness=_witness_of(decay, answer.coefficient, faster, accounts),
     )
 
 

@@ -249,6 +249,7 @@ def _straight(
     total = 2.0 * p[ADVANCE] / math.pi
     matrix, right, square, basis = np.zeros((3, 3)), np.zeros(3), 0.0, np.ones(3)
     lost, count, i = 0.0, 0, 0
+    first_k, first_lost = 0.0, 0.0
     while i < n and half < stop:
         end = max(first_at(samples, ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE]), i)
         k = kappa - 2.0 * half - 1.0
@@ -263,6 +264,8 @@ def _straight(
         rf, ff = c * rc - s * rs, c * c * table[4] - 2.0 * c * s * table[5] + s * s * table[6]
         lost += 0.5 * swing / total
         if ff > 0.0:
+            if count == 0:
+                first_k, first_lost = k, lost
             basis[1], basis[2] = k, -lost
             add_sample(matrix, right, basis, rf / ff, ff)
             square += rf * rf / ff
@@ -281,16 +284,18 @@ def _straight(
     fitted, rest = regression(matrix, right, square)
     if not rest < math.inf:
         return False
+    by_friction = (first_k - basis[1]) * (p[FRICTION] + fitted[1])
+    scale = max(fitted[2] - by_friction / (basis[2] + first_lost), 0.0)
     basis[0], basis[1], basis[2] = 0.0, 0.0, 1.0
     column, _ = solve_spd(matrix, basis)
-    return _log_bayes_factor(fitted[2], column[2] * rest / (count - 3)) < _ODDS_OF_FASTER_LOSS - _MARGIN
+    variance = column[2] * rest / (count - 3)
+    return _log_bayes_factor(fitted[2], variance, scale) < _ODDS_OF_FASTER_LOSS - _MARGIN
 
 
 @njit(**INNER)
-def _log_bayes_factor(exponent: float, variance: float) -> float:
-    """Of a half-normal exponent of unit scale, found with a variance, over none."""
-    wider = 1.0 + variance
-    at = exponent / math.sqrt(variance * wider)
+def _log_bayes_factor(exponent: float, variance: float, scale: float) -> float:
+    """Of a half-normal exponent of this scale, found with a variance, over none."""
+    wider = scale * scale + variance
+    at = scale * exponent / math.sqrt(variance * wider)
     above = 0.5 * math.erfc(-at / math.sqrt(2.0))
-    gain = 0.5 * exponent * exponent / (variance * wider)
-    return math.log(2.0 * max(above, 1e-300)) + 0.5 * math.log(variance / wider) + gain
+    return math.log(2.0 * max(above, 1e-300)) + 0.5 * math.log(variance / wider) + 0.5 * at * at

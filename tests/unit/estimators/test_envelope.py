@@ -95,7 +95,7 @@ def test_noisy_record(order: int, seed: int) -> None:
 def test_projections_are_white_and_of_the_samples_variance(rng: np.random.Generator) -> None:
     # unit noise of the samples stays unit noise of the projections, uncorrelated, on an oblique grid too
     t = np.arange(600) * 0.037
-    polynomial = track_phase(np.cos(10.0 * t), 0.037, 10.0, 0.0, 0)
+    polynomial = track_phase(np.cos(10.0 * t), 0.037, 10.0, 0.0, 0, False)
     noise = rng.normal(size=(2000, t.size))
     rows = np.array([half_cycle_rows(values, polynomial, 0, 0.0)[0] for values in noise])
     covariance = np.cov(rows.T)

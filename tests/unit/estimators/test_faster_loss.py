@@ -10,8 +10,9 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.estimators.envelope import loss_of_amplitude
+from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.witness import Witness, not_negative
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
@@ -44,6 +45,77 @@ def test_damping_is_seen_and_friction_with_it_is_right(friction: float, zeta: fl
     assert k * found.coefficient.mean() == pytest.approx(friction, abs=4.0 * k * found.coefficient.std())
 
 
+@pytest.mark.parametrize(
+    ("quantity", "zeta", "share", "half_cycles"),
+    [
+        ("displacement", 0.02, 0.02, 8),
+        ("displacement", 0.05, 0.0035, 18),
+        ("displacement", 0.05, 0.005, 8),
+        ("displacement", 0.1, 0.02, 18),
+        ("velocity", 0.05, 0.005, 12),
+        ("acceleration", 0.02, 0.02, 8),
+        ("acceleration", 0.02, 0.001, 40),
+        ("acceleration", 0.05, 0.05, 18),
+    ],
+)
+def test_friction_with_damping_is_right_to_the_end_of_the_record(
+    quantity: str, zeta: float, share: float, half_cycles: int
+) -> None:
+    """A sampled half cycle of a damped decay is no pure cosine, a whole number of samples or centred on them.
+
+    ``share`` is friction over stiffness and amplitude; nearly without noise what is left is systematic.
+    """
+    amplitude, true = 0.02, share * 800.0 * 0.02
+    record = fb.simulate(
+        SYSTEM,
+        friction=true,
+        initial_displacement=amplitude,
+        duration=half_cycles * np.pi / 20.0,
+        sampling_rate=600.0 / np.pi,
+        noise_sd=1e-5 * amplitude * {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}[quantity],
+        seed=1,
+        quantity=quantity,
+        effects={"viscous_damping.damping_ratio": zeta},
+    )
+    located = find_free_decay(record, SYSTEM)
+    found = faster_loss(located)
+    assert found is not None
+    k = SYSTEM.force_factor(located.quantity)
+    assert k * found.coefficient.mean() == pytest.approx(true, rel=0.03)
+    assert k * found.coefficient.ppf(0.02) < true < k * found.coefficient.ppf(0.98)
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
+@pytest.mark.parametrize("zeta", [0.17, 0.2])
+@pytest.mark.parametrize("duration", [0.8, 1.2])
+def test_strong_damping_of_a_few_half_cycles_is_seen(quantity: str, zeta: float, duration: float) -> None:
+    """Three to four e-folds, after which friction stops what is left; dry friction alone takes a fiftieth."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.08,
+        initial_displacement=0.02,
+        duration=duration,
+        sampling_rate=200.0,
+        noise_sd=6e-5 * {"displacement": 1.0, "acceleration": 400.0}[quantity],
+        seed=1,
+        quantity=quantity,
+        effects={"viscous_damping.damping_ratio": zeta},
+    )
+    found = faster_loss(find_free_decay(record, SYSTEM))
+    assert found is not None
+    assert found.probability > SURE
+
+
+def test_drag_that_leaves_less_than_no_friction_to_damping_is_seen() -> None:
+    """Its exponent lies beyond the one with which damping takes all that is lost."""
+    record = decay(1e-9, quadratic_drag__drag_coefficient=8.0)
+    located = find_free_decay(record, SYSTEM)
+    found = faster_loss(located)
+    assert found is not None
+    assert found.coefficient.cdf(0.0) > 0.99
+    assert found.probability > SURE
+
+
 def friction_said(note: str) -> list[tuple[float, float]]:
     """The 90 % intervals of a note."""
     return [(float(low), float(high)) for low, high in re.findall(r"(\S+) \.\. (\S+) N \(90 %\)", note)]
@@ -59,6 +131,25 @@ def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
     assert "the interval reported spans both" in found.notes[0]
     with pytest.warns(fb.RecordWarning, match="there need be no dry friction"):
         fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
+
+
+def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By ``estimate``, and in a batch too short for a glance at its amplitudes."""
+    computed = []
+
+    def counted(decay: FreeDecay) -> FasterLoss | None:
+        computed.append(decay.name)
+        return faster_loss(decay)
+
+    monkeypatch.setattr(loss_of_amplitude, "faster_loss", counted)
+    fb.estimate(decay(0.4), SYSTEM, method="envelope")
+    fb.estimate(decay(0.4), SYSTEM)
+    assert len(computed) == 2
+    computed.clear()
+    records = [decay(0.8, seed=seed).values for seed in range(4)]
+    many = fb.estimate_batch(np.array(records), SYSTEM, sampling_rate=250.0, quantity="displacement")
+    assert int((many["warnings"] != 0).sum()) == 0
+    assert sorted(computed) == [f"record {row}" for row in range(4)]
 
 
 def test_a_method_without_a_witness_says_that_it_reports_dry_friction_alone() -> None:
