@@ -73,7 +73,8 @@ def test_one_is_found_where_it_is_and_the_random_force_is_what_it_was(
 def test_beside_one_dry_friction_alone_is_adequate(rng: np.random.Generator) -> None:
     adequate = 0
     for start in rng.uniform(2.0, 6.0, 3):
-        report = fb.close_loop([record_of(rng, [start], 0.0, 0)], SYSTEM, seed=1)
+        record = record_of(rng, [start], 0.0, 0)
+        report = fb.close_loop([record], SYSTEM, seed=1, effects=(*OFFERED, "random_force"))
         assert any("knocked at" in note for note in report.notes)
         low, high = report.friction_after["interval90"]
         # three times as wide: 90 % intervals, and 99.99 % of them
