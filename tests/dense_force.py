@@ -35,11 +35,9 @@ def dense_covariance(
             transitions[-1] = law @ transitions[-1]
             own[i] = law @ own[i] @ law.T
     full = np.zeros((n, 3, n, 3))
-    for i in range(n):
-        block = own[i]
-        full[i, :, i] = block
-        for j in range(i + 1, n):
-            block = transitions[j - 1] @ block
-            full[j, :, i] = block
-            full[i, :, j] = block.T
+    full[0, :, 0] = own[0]
+    for i in range(1, n):
+        full[i, :, :i] = np.tensordot(transitions[i - 1], full[i - 1, :, :i], 1)
+        full[:i, :, i] = full[i, :, :i].transpose(1, 2, 0)
+        full[i, :, i] = own[i]
     return full.reshape(3 * n, 3 * n)
