@@ -27,10 +27,15 @@ def _source_digest() -> str:
 os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".cache" / "numba" / _source_digest()))
 os.environ["MPLBACKEND"] = "Agg"
 
-import numpy as np  # noqa: E402  (after the environment is set)
+import hypothesis  # noqa: E402  (after the environment is set)
+import numpy as np  # noqa: E402
 
 from blas_threads import set_blas_threads  # noqa: E402
 from friction_bayes.testing import base_seed  # noqa: E402
+
+# an example that compiles a kernel, or shares its core, takes longer than the others
+hypothesis.settings.register_profile("suite", deadline=None)
+hypothesis.settings.load_profile("suite")
 
 # they spin, and those of the workers of a parallel run fight for the cores
 set_blas_threads(1)
@@ -43,12 +48,15 @@ def pytest_sessionstart() -> None:
         # a run in one process need not load what this loads
         from first_use import use_kernels
 
+        # until the tests are collected nothing is searched for dead objects: a fourteenth of the compiling
+        gc.disable()
         use_kernels(int(worker.removeprefix("gw")), os.environ["PYTEST_XDIST_TESTRUNUID"])
 
 
 def pytest_collection_finish() -> None:
     """Keep what collecting loaded out of every later search for dead objects: a tenth of a test's time."""
     gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture

@@ -3,9 +3,23 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from scipy.linalg import expm
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+@cache
+def _step(h: float, stiffness: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
+    """Transition of a step and the covariance that the force adds over it."""
+    drift = np.array([[0.0, 1.0, 0.0], [-stiffness, 0.0, 1.0], [0.0, 0.0, -1.0 / tau]])
+    pieces = math.ceil(h / min(tau, 0.5))
+    u = (0.5 * (NODES + 1.0) + np.arange(pieces)[:, None]).ravel() * h / pieces
+    weight = np.tile(0.5 * WEIGHTS, pieces) * h / pieces
+    column = expm(drift * u[:, None, None])[:, :, 2]
+    return expm(drift * h), 2.0 / tau * np.einsum("k,ka,kb->ab", weight, column, column)
 
 
 def dense_covariance(
@@ -15,31 +29,24 @@ def dense_covariance(
 
     With what a law makes of displacement and velocity after each step, shape (n - 1, 2, 2).
     """
-    nodes, weights = np.polynomial.legendre.leggauss(12)
     n = phase.size
     own = np.zeros((n, 3, 3))
     own[0, 2, 2] = 1.0
     transitions = []
-    for i, h in enumerate(np.diff(phase), start=1):
-        drift = np.array([[0.0, 1.0, 0.0], [-stiffness[i - 1], 0.0, 1.0], [0.0, 0.0, -1.0 / tau]])
-        pieces = math.ceil(h / min(tau, 0.5))
-        u = (0.5 * (nodes + 1.0) + np.arange(pieces)[:, None]).ravel() * h / pieces
-        weight = np.tile(0.5 * weights, pieces) * h / pieces
-        column = expm(drift * u[:, None, None])[:, :, 2]
-        transitions.append(expm(drift * h))
-        own[i] = transitions[-1] @ own[i - 1] @ transitions[-1].T
-        own[i] += 2.0 / tau * np.einsum("k,ka,kb->ab", weight, column, column)
+    # steps that are equal to rounding are one
+    for i, h in enumerate(np.diff(phase).round(13).tolist(), start=1):
+        transition, added = _step(h, float(stiffness[i - 1]), tau)
+        transitions.append(transition)
+        own[i] = transition @ own[i - 1] @ transition.T + added
         if beside is not None:
             law = np.eye(3)
             law[:2, :2] = beside[i - 1]
             transitions[-1] = law @ transitions[-1]
             own[i] = law @ own[i] @ law.T
     full = np.zeros((n, 3, n, 3))
-    for i in range(n):
-        block = own[i]
-        full[i, :, i] = block
-        for j in range(i + 1, n):
-            block = transitions[j - 1] @ block
-            full[j, :, i] = block
-            full[i, :, j] = block.T
+    full[0, :, 0] = own[0]
+    for i in range(1, n):
+        full[i, :, :i] = np.tensordot(transitions[i - 1], full[i - 1, :, :i], 1)
+        full[:i, :, i] = full[i, :, :i].transpose(1, 2, 0)
+        full[i, :, i] = own[i]
     return full.reshape(3 * n, 3 * n)

@@ -57,8 +57,10 @@ def test_methods_on_the_same_records(tmp_path: Path) -> None:
 
 
 def test_machines_are_followed_to_their_end(tmp_path: Path) -> None:
-    found = run(monitoring, tmp_path, records=1, points=(4,))
-    assert found["law"].values.tolist() == list(monitoring.LAWS)
+    laws = ("line", "both", "accelerating", "jump", "constant")
+    found = run(monitoring, tmp_path, records=1, points=(4,), laws=laws)
+    assert found["law"].values.tolist() == list(laws)
+    assert set(laws) < set(monitoring.LAWS)
     pit = found["life_pit"].values
     assert np.all((pit >= 0.0) & (pit <= 1.0))
     wearing = found.sel(law=["line", "accelerating"])
@@ -84,8 +86,22 @@ def test_monte_carlo_errors() -> None:
     assert with_error(float("nan"), 1.0) == "–"
 
 
-def test_every_law_of_wear_gets_a_remaining_life(tmp_path: Path) -> None:
+@pytest.mark.parametrize("law", wear_laws.LAWS)
+def test_a_law_of_wear_reaches_its_threshold_where_it_says(law: str, rng: np.random.Generator) -> None:
+    times = np.linspace(0.0, 1.0, 50)
+    path = wear_laws.LAWS[law](times, 0.6, rng)
+    assert np.all(np.diff(path.worn) >= 0.0)
+    assert path.worn[0] == pytest.approx(0.0)
+    assert path.worn[-1] == pytest.approx(0.0 if law == "none" else 0.6, rel=1.0)
+    assert path.left > 0.0
+    assert path.life > 0.0
+    assert np.isinf(path.life) == (law in {"saturating, stops short", "one jump", "none"})
+
+
+def test_laws_of_wear_get_a_remaining_life(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    some = {name: wear_laws.LAWS[name] for name in ("quadratic", "kink", "shocks", "none")}
+    monkeypatch.setattr(wear_laws, "LAWS", some)
     found = run(wear_laws, tmp_path, records=1, points=(4,))
-    assert found["law"].values.tolist() == list(wear_laws.LAWS)
+    assert found["law"].values.tolist() == list(some)
     assert (found["averaged_low"] <= found["averaged_high"]).all()
     assert "covers" in (tmp_path / "wear_laws.md").read_text()

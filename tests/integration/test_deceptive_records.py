@@ -204,7 +204,7 @@ def test_a_decay_without_dry_friction_is_warned_of_before_the_number(
     assert -1 < shown.index("falls faster while it is larger") < shown.index("friction / stiffness")
     assert shown.index("warning") < shown.index("90 %")
     with pytest.warns(RecordWarning, match="falls faster while it is larger"):
-        estimate(make_record(TIME, viscous, "displacement"), SYSTEM)
+        estimate(make_record(TIME, viscous, "displacement"), SYSTEM, random_force="none")
 
 
 def test_the_loop_limits_dry_friction_where_there_is_none(run: Callable[..., Any], viscous: Array) -> None:

@@ -69,7 +69,7 @@ def tables(draw: st.DrawFn) -> str:
     return "\n".join(separator.join(row) for row in [*above, header, *table])
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.one_of(tables(), tables(), st.text(max_size=200)), options=st.one_of(st.just({}), OPTIONS))
 @example(content=GOOD, options={})
 @example(content=BURSTS, options={})
@@ -86,7 +86,7 @@ def test_reading_ends_in_a_record_or_an_input_error(tmp_path, content: str, opti
     assert (np.diff(record["time"].values) > 0.0).all()
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.binary(max_size=200))
 @example(content=b"\xfe\xff\0\0\0")
 @pytest.mark.parametrize("suffix", [".csv", ".mat", ".nc", ".h5", ".wav", ".tdms", ".uff", ".mf4"])

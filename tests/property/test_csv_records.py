@@ -14,9 +14,7 @@ from friction_bayes.records.writers import write_record
 SIGNALS = st.lists(st.floats(-1e12, 1e12, allow_nan=False), min_size=8, max_size=40, unique=True).filter(
     lambda values: np.ptp(values) > 1e-9 * np.abs(values).max()
 )
-SETTINGS = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+SETTINGS = settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @SETTINGS

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from friction_bayes.core.system import Oscillator
@@ -75,7 +75,6 @@ def test_it_stops_inside_the_band_and_never_before(system, amplitude, phase, cou
     np.testing.assert_allclose(np.diff(swings), -4.0 * friction / system.stiffness, rtol=1e-6)
 
 
-@settings(deadline=None)
 @given(systems, amplitudes, phases, half_cycles)
 def test_the_integrator_is_the_exact_solution(system, amplitude, phase, count):
     friction, x0, v0 = start(system, amplitude, phase, count)
@@ -90,7 +89,6 @@ def test_the_integrator_is_the_exact_solution(system, amplitude, phase, count):
     assert motion.stop_time == pytest.approx(exact.stop_time, rel=1e-7)
 
 
-@settings(deadline=None)
 @given(systems, amplitudes, phases, half_cycles, dissipation, st.floats(0.05, 0.95))
 def test_the_output_times_do_not_matter(system, amplitude, phase, count, effects, share):
     friction, x0, v0 = start(system, amplitude, phase, count)

@@ -39,7 +39,7 @@ class Made:
         )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     plain=st.lists(st.floats(-60.0, 60.0), min_size=1, max_size=5),
     forced=st.lists(st.floats(-60.0, 60.0), min_size=0, max_size=5),
@@ -81,7 +81,7 @@ def test_a_slight_force_moves_draws_without_one_alone(seed: int) -> None:
     np.testing.assert_array_equal(drawn.friction[~still], plain[~still])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     weight=st.lists(st.floats(0.0, 1e6), min_size=1, max_size=50).filter(lambda some: sum(some) > 1e-6),
     draws=st.integers(1, 5000),

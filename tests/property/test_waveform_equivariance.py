@@ -17,7 +17,7 @@ FLAT = {"coefficient_precision": 0.0, "alpha": 0.5, "beta": 0.0}
 BASE = estimate_batch(RECORD[None], SYSTEM, sampling_rate=RATE, prior=FLAT)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     scale=st.floats(1e-3, 1e3),
     offset=st.floats(-100.0, 100.0),
@@ -37,7 +37,7 @@ def test_scale_offset_clock_and_sign(scale: float, offset: float, speed: float, 
     assert np.sign(result["friction_mean"].item()) == 1.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(exponent=st.floats(-12.0, 12.0))
 @pytest.mark.parametrize("method", METHODS)
 def test_results_scale_with_the_signal(method: str, exponent: float) -> None:

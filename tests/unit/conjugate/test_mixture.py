@@ -32,7 +32,7 @@ def mixtures(draw: st.DrawFn) -> Mixture:
     return mixture
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(mixtures())
 def test_every_summary_is_of_one_distribution(mixture: Mixture) -> None:
     x = mixture.ppf(LEVELS)
@@ -51,7 +51,7 @@ def test_every_summary_is_of_one_distribution(mixture: Mixture) -> None:
     assert summary.mean == mixture.mean()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(mixtures())
 def test_moments_are_integrals_of_quantiles(mixture: Mixture) -> None:
     level = (np.arange(4_000) + 0.5) / 4_000

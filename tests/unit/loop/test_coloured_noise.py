@@ -10,6 +10,8 @@ import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 
 FRICTION = 0.07
+OFFERED = ["viscous_damping", "friction_drift", "cubic_stiffness", "random_force"]
+"""Few of the catalogue, so that a test takes a second."""
 
 
 def decay(**changed: object) -> xr.DataArray:
@@ -20,7 +22,7 @@ def decay(**changed: object) -> xr.DataArray:
 def test_a_record_behind_a_filter_without_lag_is_adequate() -> None:
     record = decay(duration=12.0)
     record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
-    report = fb.close_loop([record], SYSTEM, seed=1)
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
     assert report.noise["model"] == "ar"
     assert report.verdict == "adequate"
     friction = report.friction_after
@@ -35,7 +37,7 @@ def test_white_noise_is_not_taken_for_coloured() -> None:
 
 def test_a_random_force_in_an_acceleration_is_not_taken_for_colour() -> None:
     record = decay(quantity="acceleration", noise_sd=1e-3, effects=fluctuating_friction())
-    report = fb.close_loop([record], SYSTEM, seed=1)
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
     assert report.noise["model"] != "ar"
     assert report.random_force is not None
     assert report.random_force["probability"] > 0.95
@@ -45,5 +47,4 @@ def test_a_random_force_in_an_acceleration_is_not_taken_for_colour() -> None:
 def test_noise_that_is_asked_for_is_that_of_the_report(noise: str) -> None:
     record = decay(duration=5.0)
     record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
-    offered = ["viscous_damping", "friction_drift", "cubic_stiffness", "random_force"]
-    assert fb.close_loop([record], SYSTEM, seed=1, noise=noise, effects=offered).noise["model"] == noise
+    assert fb.close_loop([record], SYSTEM, seed=1, noise=noise, effects=OFFERED).noise["model"] == noise

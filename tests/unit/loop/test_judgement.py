@@ -188,7 +188,8 @@ def test_friction_has_no_range_where_a_law_explains_the_record(seed: int) -> Non
 def test_a_record_without_noise_is_adequate(quantity: str) -> None:
     """What rounding leaves of an acceleration is far from white, and no autoregression describes it."""
     record = slow_decay(duration=12.0, sampling_rate=100.0, noise_sd=0.0, quantity=quantity)
-    report = fb.close_loop([record], SYSTEM, seed=1)
+    offered = ["viscous_damping", "friction_drift", "sensor_offset", "random_force", "outliers"]
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=offered)
     assert report.noise["order"] == 0
     assert report.verdict == "adequate"
     assert report.friction_after["mean"] == pytest.approx(0.07, rel=1e-4)

@@ -306,7 +306,7 @@ def test_noise_is_at_least_what_rounding_to_the_sensors_steps_leaves() -> None:
     record = fluctuating()
     step = 4e-5
     record = record.copy(data=step * np.round(record.values / step))
-    report = fb.close_loop([record], SYSTEM, seed=1)
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
     assert report.random_force is not None
     assert report.noise["step"] == pytest.approx(step)
     assert 0.99 < report.noise["sd"] * np.sqrt(12.0) / step < 1.3

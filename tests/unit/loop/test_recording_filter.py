@@ -19,22 +19,22 @@ OFFERED = [
     "random_force",
     "sensor_offset",
 ]
-"""Few of the catalogue, so that a test takes seconds; the filters are found next to all of it."""
+"""Few of the catalogue, so that a test takes seconds; one filter is found next to all of it."""
 
 
 @pytest.mark.parametrize(
-    ("quantity", "corner", "order", "both", "rate"),
+    ("quantity", "corner", "order", "both", "rate", "offered"),
     [
-        ("velocity", 30.0, 4, True, 250.0),
-        ("velocity", 8.0, 2, False, 200.0),
-        ("acceleration", 12.0, 2, False, 200.0),
+        ("velocity", 30.0, 4, True, 250.0, OFFERED),
+        ("velocity", 8.0, 2, False, 200.0, None),
+        ("acceleration", 12.0, 2, False, 200.0, OFFERED),
     ],
 )
 def test_the_loop_sees_a_filter_and_takes_it_for_no_law(
-    quantity: str, corner: float, order: int, both: bool, rate: float
+    quantity: str, corner: float, order: int, both: bool, rate: float, offered: list[str] | None
 ) -> None:
     record = filtered(quantity, corner, order=order, rate=rate, both=both, duration=7.0)
-    report = fb.close_loop([record], SYSTEM, seed=1)
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=offered)
     assert report.verdict == "adequate"
     low, high = report.friction_after["interval90"]
     assert low - 0.005 < 1.0 < high + 0.005

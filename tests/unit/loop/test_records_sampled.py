@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from scipy.stats import multivariate_normal
 
 from decays import SYSTEM, slow_decay
 from dense_force import dense_covariance
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.loop.checks.sampler_check import check_law, target_of_set
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
@@ -38,6 +41,17 @@ def of_set(fit: LawFit, *, varies: bool, forced: bool) -> int:
     """The most probable set with one friction or one of each record, under a random force or none."""
     weight = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0)
     return int(np.argmax(np.where((fit.spread_of > 0.0) == varies, weight, -1.0)))
+
+
+Targets = Callable[[bool, bool], Target]
+
+
+@pytest.fixture(scope="module")
+def target_of(fit: LawFit) -> Targets:
+    """Target of that set, built once for all tests: it takes a second."""
+    return cache(
+        lambda varies, forced: target_of_set(fit, of_set(fit, varies=varies, forced=forced), forced=forced)
+    )
 
 
 def densely(fit: LawFit, row: int, theta: np.ndarray, r: int, *, forced: bool) -> float:
@@ -69,10 +83,9 @@ def densely(fit: LawFit, row: int, theta: np.ndarray, r: int, *, forced: bool) -
 @pytest.mark.parametrize("forced", [True, False])
 @pytest.mark.parametrize("varies", [False, True], ids=["one friction", "friction of each"])
 def test_the_records_have_the_density_of_their_covariances(
-    fit: LawFit, varies: bool, forced: bool, rng: np.random.Generator
+    fit: LawFit, target_of: Targets, varies: bool, forced: bool, rng: np.random.Generator
 ) -> None:
-    row = of_set(fit, varies=varies, forced=forced)
-    target = target_of_set(fit, row, forced=forced)
+    row, target = of_set(fit, varies=varies, forced=forced), target_of(varies, forced)
     theta = rng.multivariate_normal(target.centre, target.covariance, 12)
     theta = theta[np.isfinite(target.log_prob(theta))][:4]
     assert len(theta) == 4
@@ -83,10 +96,9 @@ def test_the_records_have_the_density_of_their_covariances(
 
 
 def test_half_cycles_have_a_density_each_given_a_record_s_own_coefficients(
-    fit: LawFit, rng: np.random.Generator
+    fit: LawFit, target_of: Targets, rng: np.random.Generator
 ) -> None:
-    row = of_set(fit, varies=True, forced=True)
-    target = target_of_set(fit, row, forced=True)
+    target = target_of(True, True)
     theta = rng.multivariate_normal(target.centre, target.covariance, 60)
     theta = theta[np.isfinite(target.log_prob(theta))][:30]
     each = target.pointwise(theta)
@@ -99,10 +111,10 @@ def test_half_cycles_have_a_density_each_given_a_record_s_own_coefficients(
 
 @pytest.mark.parametrize("forced", [True, False])
 def test_the_closed_form_differs_by_nearly_a_constant(
-    fit: LawFit, forced: bool, rng: np.random.Generator
+    target_of: Targets, forced: bool, rng: np.random.Generator
 ) -> None:
     """But for the closed form's prior precision, which is in units of the noise found with all columns."""
-    target = target_of_set(fit, of_set(fit, varies=True, forced=forced), forced=forced)
+    target = target_of(True, forced)
     theta = rng.multivariate_normal(target.centre, target.covariance, 40)
     log_prob = target.log_prob(theta)
     inside = np.isfinite(log_prob)
@@ -115,8 +127,8 @@ def test_the_closed_form_differs_by_nearly_a_constant(
     assert target.log_prob(negative[None])[0] == -math.inf
 
 
-def test_replicates_scatter_as_the_records_do(fit: LawFit, rng: np.random.Generator) -> None:
-    target = target_of_set(fit, of_set(fit, varies=True, forced=True), forced=True)
+def test_replicates_scatter_as_the_records_do(target_of: Targets, rng: np.random.Generator) -> None:
+    target = target_of(True, True)
     drawn = target.predictive(np.tile(target.centre, (60, 1)), rng)
     assert drawn.shape[1] == target.observed.size
     # posterior predictive about the record: its noise and what is drawn of its own

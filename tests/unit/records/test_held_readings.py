@@ -58,7 +58,7 @@ def test_a_slow_sensor_with_steps_is_found_where_it_moves_fast() -> None:
     assert found.sum() > 0.3 * (~new).sum()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     rate=st.sampled_from([20.0, 50.0, 100.0, 400.0, 1000.0]),
     step=st.floats(1e-5, 4e-3),

@@ -148,8 +148,8 @@ def test_centre_and_covariance_are_those_of_a_fine_grid(least_noise: float, rng)
     target = target_of(regression, prior)
     low, high = math.log(prior.tau_low), math.log(prior.tau_high)
     weight, mean, variance, log_tau = [], [], [], []
-    for ratio in np.exp(np.linspace(-1.5, 3.0, 60)):
-        for tau in np.exp(np.linspace(low + 1e-9, high - 1e-9, 40)):
+    for ratio in np.exp(np.linspace(-1.5, 3.0, 40)):
+        for tau in np.exp(np.linspace(low + 1e-9, high - 1e-9, 27)):
             found = Problem.of(regression).evaluate(ratio, tau)
             weight.append(found.log_weight[0] + prior.log_density(ratio * math.sqrt(found.noise2[0]), tau))
             point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)
@@ -201,10 +201,10 @@ def test_prior_of_the_force_broadcasts() -> None:
 @pytest.mark.parametrize("tau", [0.1, 3.0])
 def test_drawn_fluctuations_have_the_dense_covariance(tau, rng) -> None:
     phase = np.cumsum(rng.uniform(0.05, 0.4, 12))
-    draws = np.array([drawn_fluctuation(Clock.of(phase), tau, rng).ravel() for _ in range(20_000)])
+    draws = np.array([drawn_fluctuation(Clock.of(phase), tau, rng).ravel() for _ in range(10_000)])
     dense = dense_covariance(phase, np.ones(phase.size - 1), tau)
     sd = np.sqrt(np.diag(dense) + 1e-12)
-    # errors of correlations: one over the root of the number of draws
+    # five errors of a correlation, one over the root of the number of draws: passed once in 2,000 runs
     np.testing.assert_allclose(np.cov(draws.T) / np.outer(sd, sd), dense / np.outer(sd, sd), atol=0.05)
 
 
