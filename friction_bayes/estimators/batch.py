@@ -387,8 +387,8 @@ def _judged(
 ) -> Integers:
     """Bits of the warnings of each record, shape (records,): those found, and those of the decays used.
 
-    Whether the amplitude falls faster while it is larger is not asked of those that are ``straight``, and
-    known of those ``looked_at``, by row with the decay that was used.
+    Whether the amplitude falls faster while it is larger is known of those ``looked_at``, by row with the
+    decay that was used, and is not evaluated for those that are ``straight``.
     """
     system, located = decays.system, decays.located
     frequency, frequency_sd = (table[:, _COLUMNS.index(name)] for name in ("frequency", "frequency_sd"))

@@ -218,7 +218,7 @@ class Problem:
         return Whitened(left.gram, log_determinant + left.log_determinant, used)
 
     def without(self, sets: Mask) -> Problem:
-        """The same where the ``sets``, shape (n,), have no prior probability; their bounds are kept."""
+        """The same where the ``sets``, shape (n,), do not count; the bounds of all are kept."""
         again = copy(self)
         again._possible = self._possible & ~sets
         again._known = {}
@@ -234,6 +234,12 @@ class Problem:
         if (ratio, tau) not in self._bounds:
             self._bounds[ratio, tau] = self._bounded(ratio, tau)
         parts = [part.among(self._possible) for part in self._bounds[ratio, tau]]
+        if len(parts) == 1:
+            # of all sets: their noise is kept once
+            (part,) = parts
+            return evaluate_bounded(
+                part.whitened, self.reference, self.positive[self.shared], part.sets, part.bounds
+            )
         log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
         best = -math.inf
         for part in sorted(parts, key=lambda part: -part.bounds.log_weight.max()):

@@ -99,8 +99,9 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
     The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is half-normal
-    with the sd with which this takes all that is lost. The Bayes factor is the density of the data given
-    ``c``, averaged over that prior, over the density given ``c = 0``, both with all else integrated out.
+    with the sd with which this takes all that is lost, as fitted: the record itself has the scale. The Bayes
+    factor is the density of the data given ``c``, averaged over that prior, over the density given ``c = 0``,
+    both with all else integrated out.
 
     Parameters
     ----------

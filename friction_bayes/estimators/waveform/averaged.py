@@ -138,8 +138,8 @@ def _witness_of(
 
     Where the amplitudes surely fall as under damping, friction is what they leave to it, and disagrees with a
     fit of dry friction alone. What lies between the two is what other laws leave to it: drag in proportion to
-    the square of the velocity, and friction that falls with time. Their evidence does not decide: the two by
-    theirs would contain the friction of one record under drag in twenty, and of none where friction falls.
+    the square of the velocity, and friction that falls with time. Averaged by their evidence the two would
+    rarely contain the friction of a record under one of those.
 
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for

@@ -285,17 +285,17 @@ def _straight(
     if not rest < math.inf:
         return False
     by_friction = (first_k - basis[1]) * (p[FRICTION] + fitted[1])
-    scale = max(fitted[2] - by_friction / (basis[2] + first_lost), 0.0)
+    sd = max(fitted[2] - by_friction / (basis[2] + first_lost), 0.0)
     basis[0], basis[1], basis[2] = 0.0, 0.0, 1.0
     column, _ = solve_spd(matrix, basis)
     variance = column[2] * rest / (count - 3)
-    return _log_bayes_factor(fitted[2], variance, scale) < _ODDS_OF_FASTER_LOSS - _MARGIN
+    return _log_bayes_factor(fitted[2], variance, sd) < _ODDS_OF_FASTER_LOSS - _MARGIN
 
 
 @njit(**INNER)
-def _log_bayes_factor(exponent: float, variance: float, scale: float) -> float:
-    """Of a half-normal exponent of this scale, found with a variance, over none."""
-    wider = scale * scale + variance
-    at = scale * exponent / math.sqrt(variance * wider)
+def _log_bayes_factor(exponent: float, variance: float, sd: float) -> float:
+    """Of a half-normal exponent of this sd, found with a variance, over none."""
+    wider = sd * sd + variance
+    at = sd * exponent / math.sqrt(variance * wider)
     above = 0.5 * math.erfc(-at / math.sqrt(2.0))
     return math.log(2.0 * max(above, 1e-300)) + 0.5 * math.log(variance / wider) + 0.5 * at * at

@@ -46,8 +46,7 @@ def integrate_possible(found: LawAlongMotion, integrated: Callable[[Problem], Po
 def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
     """Impossible sets that are more probable than the best possible one, shape (m,).
 
-    Without them others may be the best at the most probable force, and as impossible: these are included,
-    since to integrate again is costly.
+    And those that are so without these at the most probable force: to integrate again is costly.
     """
     place, beyond = posterior.best, np.zeros(len(found.sets.columns), np.bool_)
     while (ahead := _ahead(found, posterior)).any():

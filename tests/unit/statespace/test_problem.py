@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -161,6 +163,18 @@ def test_without_the_best_set_the_others_are_what_they_are_without_its_prior(mem
         assert found.log_weight.max() == pytest.approx(anew.log_weight[~best].max(), rel=1e-9)
         # the problem that it was made from has all sets, at places that it has not been at too
         np.testing.assert_allclose(problem.evaluate(RATIO, tau).log_weight, anew.log_weight, rtol=1e-12)
+
+
+def test_without_sets_one_record_is_evaluated_on_the_others(members) -> None:
+    alone = members[0].regression
+    problem = Problem.of(alone)
+    left_out = np.zeros(len(SETS), bool)
+    for best in np.argsort(-problem.evaluate(RATIO, TAU).log_weight)[:-1]:
+        left_out[best] = True
+        found = problem.without(left_out).evaluate(RATIO, TAU).log_weight
+        assert np.array_equal(np.isneginf(found), left_out)
+        only = replace(alone, sets=SETS[~left_out], log_prior=LOG_PRIOR[~left_out], near=alone.reference)
+        assert found.max() == pytest.approx(Problem.of(only).evaluate(RATIO, TAU).log_weight.max(), rel=1e-9)
 
 
 def test_mean_coefficients_are_those_of_the_marginals_cut_at_zero(members) -> None:
