@@ -138,6 +138,15 @@ class _Regression(NamedTuple):
     positive: Mask
 
 
+class _NormalEquations(NamedTuple):
+    """Those of a set: their factor, half of the solution, the columns they are of, and how many."""
+
+    lower: Array
+    half: Array
+    columns: Integers
+    size: int
+
+
 def all_sets(always: Mask) -> Mask:
     """Every set, shape (2**free, p), that contains the columns ``always``, shape (p,)."""
     free = np.flatnonzero(~always)
@@ -447,18 +456,10 @@ def _evaluate_sets(
         some = ZERO
         for a in range(size):
             if positive[index[a]]:
-                _inverse_column(work, size, a, root[some])
                 chosen[some] = a
                 some += 1
-        for i in range(some):
-            mean[i] = reference[index[chosen[i]]]
-            for k in range(chosen[i], size):
-                mean[i] += root[i, k] * half[k]
-            for j in range(i + 1):
-                total = 0.0
-                for k in range(chosen[i], size):
-                    total += root[i, k] * root[j, k]
-                cov[i, j] = cov[j, i] = total * noise2[s]
+        normal = _NormalEquations(work, half, index, size)
+        _moments(normal, reference, chosen[:some], noise2[s], root, mean, cov)
         log_weight[s] = bound[s] + confine_all(some, mean, cov, every[:some], where, spread, room)
         best = max(best, log_weight[s])
     return best
@@ -482,21 +483,15 @@ def set_posterior(
     """
     p = reference.size
     work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
-    index, root = np.empty(p, np.int64), np.zeros((p, p))
+    index, every, root = np.empty(p, np.int64), np.empty(p, np.int64), np.empty((p, p))
     size = _penalised(gram, lam, reference, columns, index, work, rhs, back)
     factor(work, size)
     forward(work, rhs, size, half)
+    for a in range(size):
+        every[a] = a
     mean, cov = np.empty(size), np.empty((size, size))
-    for i in range(size):
-        _inverse_column(work, size, i, root[i])
-        mean[i] = reference[index[i]]
-        for k in range(i, size):
-            mean[i] += root[i, k] * half[k]
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(i, size):
-                total += root[i, k] * root[j, k]
-            cov[i, j] = cov[j, i] = total * noise2
+    normal = _NormalEquations(work, half, index, size)
+    _moments(normal, reference, every[:size], noise2, root, mean, cov)
     return mean, cov
 
 
@@ -517,6 +512,30 @@ def set_mean(
             law[j] = cut_moments(where[a], spread[a])[1] if positive[j] else where[a]
             a += 1
     return law
+
+
+@njit(**INNER)
+def _moments(
+    normal: _NormalEquations,
+    reference: Array,
+    chosen: Integers,
+    noise2: float,
+    root: Array,
+    mean: Array,
+    cov: Array,
+) -> None:
+    """Fill mean and covariance of the ``chosen`` of a set's coefficients, by way of ``root``."""
+    lower, half, index, size = normal
+    for i in range(chosen.size):
+        _inverse_column(lower, size, chosen[i], root[i])
+        mean[i] = reference[index[chosen[i]]]
+        for k in range(chosen[i], size):
+            mean[i] += root[i, k] * half[k]
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(chosen[i], size):
+                total += root[i, k] * root[j, k]
+            cov[i, j] = cov[j, i] = total * noise2
 
 
 @njit(**INNER)
