@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, dra
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
-from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
 from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
@@ -30,18 +30,16 @@ _DRAWS = 40
 """Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
 
 
-def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
+def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) -> Forecast | None:
     """The rest of a record forecast from a fit of its first part alone; None where that fails.
 
-    The forecast is the posterior predictive mean over all laws, each as probable as it is after the whole
-    record: draws over their coefficients and, where there is one, sizes of the random force, each from the
-    state at which its own law and force leave the first part.
+    The forecast is the posterior predictive mean over all laws of some effects, each as probable as it is
+    after the whole record: draws over their coefficients and, where there is one, sizes of the random force,
+    each from the state at which its own law and force leave the first part.
     """
     segment = fit.segment
     head = int(settings.SETTINGS.fitted_share * segment.moving)
-    of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
-    allowed = (*of_law, *sorted(fit.sensor_noise.effects), *((RANDOM_FORCE.name,) if fit.forced else ()))
-    first, filter_ = fit_first_part(fit, allowed, head), fit.law.filter
+    first, filter_ = fit_first_part(fit, effects, head), fit.law.filter
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]
@@ -98,9 +96,9 @@ def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:
 
 
 def _of_effects(fit: ForceFit, *, forced: bool) -> defaultdict[frozenset[str], float]:
-    """Probability of each set of effects, with a random force or without."""
+    """Probability of each possible set of effects, with a random force or without."""
     probabilities: defaultdict[frozenset[str], float] = defaultdict(float)
-    shares = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0)
+    shares = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0) * ~fit.impossible
     for names, share in zip(fit.sets.effects, shares.tolist(), strict=True):
         probabilities[names] += share
     return probabilities

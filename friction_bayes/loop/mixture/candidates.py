@@ -21,6 +21,7 @@ from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
@@ -48,6 +49,7 @@ from friction_bayes.loop.report.motion_trace import motion_trace
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.report.verdict import credible_count
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -320,9 +322,12 @@ class Candidates:
         return fit.error.described(fit.segment.decay.step) | found
 
     def forecasts(self) -> tuple[Forecast, ...]:
+        """Those of each record by the effects of the candidates that hold 95 %; none where one fails."""
+        credible = self.sets[: credible_count(self.probabilities)]
+        effects = in_catalogue_order(frozenset().union(*credible))
         found = []
-        for fit in self.best:
-            predicted = forecast(fit, self._rng_forecast)
+        for fit in self.fit.fits:
+            predicted = forecast(fit, effects, self._rng_forecast)
             if predicted is None:
                 return ()
             found.append(predicted)

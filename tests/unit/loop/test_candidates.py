@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
+from friction_bayes.loop.checks import forecast
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.law_draws import DRAWS
+from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
 from friction_bayes.loop.mixture.cells import Cells
@@ -30,13 +33,13 @@ LEFT = {
 }
 
 
-def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
+def releases(count: int, share: float = 0.3, noise_sd: float = 1e-5):  # type: ignore[no-untyped-def]
     """Decays with viscous damping and a random force; the sensors are off their zeros."""
     records = [
         slow_decay(
             duration=10.0,
             sampling_rate=50.0,
-            noise_sd=1e-5,
+            noise_sd=noise_sd,
             seed=3 + k,
             effects=(fluctuating_friction(share) if share else {})
             | {"viscous_damping.damping_ratio": 0.004, "sensor_offset.offset": 1e-3 * (k + 1)},
@@ -46,9 +49,9 @@ def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
     return cut_records(records, SYSTEM)
 
 
-def alone() -> Candidates:
+def alone(noise_sd: float = 1e-5) -> Candidates:
     """Without a random force, which may not act."""
-    (segment,), options = releases(1, 0.0), loop_options(ALLOWED, random_force="none")
+    (segment,), options = releases(1, 0.0, noise_sd), loop_options(ALLOWED, random_force="none")
     return candidates_of((segment,), SYSTEM, options, np.random.default_rng(1))
 
 
@@ -114,12 +117,34 @@ def test_each_record_is_traced_and_forecast(candidates: Candidates) -> None:
     samples, turns, _ = candidates.fitted
     assert traces[0].signal.size == samples
     assert traces[0].turning_points.size == turns
-    for trace, forecast in zip(traces, forecasts, strict=True):
+    for trace, predicted in zip(traces, forecasts, strict=True):
         assert trace.before.shape == trace.after.shape == trace.signal.shape
         near = np.sqrt(np.mean((trace.signal - trace.after) ** 2))
         assert near < 0.2 * trace.signal.std()
-        assert np.all(forecast.sd > 0.0)
+        assert np.all(predicted.sd > 0.0)
     assert (traces[0].fluctuation is not None) == ("random_force" in candidates.sets[0])
+
+
+def test_a_forecast_is_of_all_laws_each_as_probable_as_after_the_whole_record(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    drawn: list[DrawnLaws] = []
+
+    def kept(*given: Any) -> DrawnLaws:
+        drawn.append(draw_laws(*given))
+        return drawn[-1]
+
+    monkeypatch.setattr(forecast, "draw_laws", kept)
+    # damping and drag cannot be told apart under as much noise
+    candidates = alone(1e-4)
+    candidates.forecasts()
+    (laws,) = drawn[0].records
+    found = Counter(laws.fit.sets.effects[k] for k in laws.chosen)
+    probable = [k for k, p in enumerate(candidates.probabilities) if p > 0.05]
+    assert len(probable) > 1
+    for names, probability in ((candidates.sets[k], candidates.probabilities[k]) for k in probable):
+        # of few draws, which are shared out evenly
+        assert found[names] / found.total() == pytest.approx(probability, abs=0.1)
 
 
 def test_what_is_left_is_one_verdict(candidates: Candidates) -> None:
