@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import xarray as xr
 from scipy.signal import butter, filtfilt
@@ -29,6 +30,19 @@ def test_a_record_behind_a_filter_without_lag_is_adequate() -> None:
     assert friction["mean"] == pytest.approx(FRICTION, rel=0.02)
     low, high = friction["interval90"]
     assert low < FRICTION < high
+
+
+def test_noise_that_is_differentiated_twice_is_coloured() -> None:
+    """No filter shows at 126 samples a period; taken as white it makes intervals twice as wide."""
+    record = decay(duration=16.0, noise_sd=2e-6)
+    step = float(record.time[1] - record.time[0])
+    twice = np.gradient(np.gradient(record.values, step), step)
+    record = fb.make_record(record.time.values, twice, "acceleration", synthetic=True)
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
+    assert report.noise["filter"] is None
+    assert report.noise["order"] > 1
+    low, high = report.friction_after["interval90"]
+    assert low < FRICTION < high < 1.05 * FRICTION
 
 
 def test_white_noise_is_not_taken_for_coloured() -> None:
