@@ -78,7 +78,7 @@ def test_simulated_jitter_is_noise_in_proportion_to_the_rate() -> None:
             friction=0.02,
             initial_displacement=RELEASE,
             duration=20.0,
-            sampling_rate=100.0,
+            sampling_rate=1.0 / STEP,
             seed=1,
             effects=effects,
         )
