@@ -49,7 +49,7 @@ def force_sd(fit: ForceFit) -> float:
 
 
 def test_none_is_invented_in_an_acceleration(rng: np.random.Generator) -> None:
-    """At five in a hundred by chance more in one run of 240; in a displacement see ``test_plain_decays.py``."""
+    """At five in a hundred one run of 240 has more; in a displacement see ``test_plain_decays.py``."""
     assert sum(bool(knock_times(fit_of(rng, order=2))) for _ in range(14)) <= 3
 
 
