@@ -5,7 +5,9 @@ OUT ?= friction_bayes_demo
 PYTEST_ARGS ?= -n 2
 
 BIN = $(VENV)/bin
-INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# half the time of an installation is the bytecode of modules that nothing loads: Python makes what it does load
+INSTALL = $(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo test docs paper blind measured lint build clean
 

@@ -17,11 +17,13 @@ from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
 # It swings at 10 rad/s.
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 WHEEL = fb.Oscillator(inertia=1.0, stiffness=100.0)
-STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
+STEP, RELEASE, FRICTION = 0.02, 0.02, 0.0002
 """Sampling interval [s], amplitude and friction over the stiffness [m]."""
-WHEEL_NOISE, WHEEL_RELEASE = 3e-4, 2.5
+FINE = 0.01
+"""Sampling interval of records with lines [s], which show up to 50 Hz."""
+WHEEL_NOISE, WHEEL_RELEASE = 2.1e-4, 2.5
 """In rad."""
-WHITE, ERROR, ERROR_TIME = 2e-5, 8e-5, 0.02
+WHITE, ERROR, ERROR_TIME = 1.4e-5, 5.6e-5, 0.04
 """Noise of a sensor, four times as much that neighbouring samples share [m], and for how long [s]."""
 RINGING = 4.3
 """Of a second mode [Hz]."""
@@ -32,7 +34,8 @@ def unsteady_motion(
     rng: np.random.Generator,
     force: float = 0.2,
     *,
-    samples: int = 1500,
+    samples: int = 750,
+    step: float = STEP,
     rub: Callable[[float], float] | None = None,
     knock: Callable[[float], float] | None = None,
 ) -> dict[int, np.ndarray]:
@@ -45,7 +48,7 @@ def unsteady_motion(
         frequency=10.0,
         friction=FRICTION,
         release=RELEASE,
-        step=STEP,
+        step=step,
         samples=samples,
         force_sd=force * FRICTION,
         correlation_time=0.1,
@@ -54,9 +57,9 @@ def unsteady_motion(
     )
 
 
-def sensed(values: np.ndarray, order: int = 0) -> xr.DataArray:
+def sensed(values: np.ndarray, order: int = 0, step: float = STEP) -> xr.DataArray:
     """Record of a derivative of the displacement."""
-    return fb.make_record(STEP * np.arange(values.size), values, QUANTITIES[order])
+    return fb.make_record(step * np.arange(values.size), values, QUANTITIES[order])
 
 
 def faulty_record(
@@ -145,11 +148,11 @@ def ringing_record(rng: np.random.Generator, size: float, decay_time: float, ord
 
     The line is as large at the beginning, and steady if its decay time [s] is infinite.
     """
-    motion = unsteady_motion(rng)[order] / (RELEASE * 10.0**order)
-    time = STEP * np.arange(motion.size)
+    motion = unsteady_motion(rng, samples=1500, step=FINE)[order] / (RELEASE * 10.0**order)
+    time = FINE * np.arange(motion.size)
     ringing = size * np.exp(-time / decay_time) * np.sin(2.0 * np.pi * RINGING * time + 0.4)
     read = motion + ringing + WHITE / RELEASE * rng.standard_normal(motion.size)
-    return sensed(RELEASE * 10.0**order * read, order)
+    return sensed(RELEASE * 10.0**order * read, order, FINE)
 
 
 def rubbed_record(rng: np.random.Generator, slope: float, curvature: float) -> xr.DataArray:
@@ -167,7 +170,7 @@ def _turning(
         friction=release / 100.0,
         release=release,
         step=STEP,
-        samples=1500,
+        samples=750,
         force_sd=release / 1000.0,
         correlation_time=0.1,
         pull=pull,

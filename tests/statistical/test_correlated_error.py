@@ -1,9 +1,9 @@
 """Friction under a force that fluctuates, read by a sensor whose noise is correlated, is covered.
 
 Records of a simulator of their own, under a force of a fifth of friction. Of 48 on other seeds the 90 %
-interval covered 45, and the mean was off by 1.0 standard deviations rms. Of twelve, an interval that means
+interval covered 44, and the mean was off by 1.1 standard deviations rms. Of twelve, an interval that means
 what it says covers fewer than eight once in two hundred runs. (A force of a twentieth, which such a sensor
-hides in half of the records, is another matter: of 36 it covered 23.)
+hides in half of the records, is another matter: of 36 it covered 21.)
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A knock is found where it is and not where it is not, and leaves the random force what it was.
 
 Decays of a simulator of their own. Of 100 with a random force and no knock none had one, read by a sensor of
-displacement or velocity, and 5 by an accelerometer (1 % is what is asked of the test): 4 of these at the last
-turning points, where the mass is held for a moment. Of 36 with one knock of five frictions for 0.05 s, read
-by each kind of sensor, all had it, at its time.
+displacement or velocity, and 1 by an accelerometer (1 % is what is asked of the test); read twice as often 5,
+4 of them at the last turning points, where the mass is held for a moment. Of 36 with one knock of five
+frictions for 0.05 s, read by each kind of sensor, all had it, at its time.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def force_sd(fit: ForceFit) -> float:
 
 
 def test_none_is_invented_in_an_acceleration(rng: np.random.Generator) -> None:
-    """Five in a hundred by chance, more in one run of 240; in a displacement see ``test_plain_decays.py``."""
+    """At five in a hundred one run of 240 has more; in a displacement see ``test_plain_decays.py``."""
     assert sum(bool(knock_times(fit_of(rng, order=2))) for _ in range(14)) <= 3
 
 

@@ -1,7 +1,7 @@
 """Friction that depends on the position is found where it is; none is invented in ``test_plain_decays.py``.
 
 Decays of a simulator of their own, with a force that fluctuates by a fifth of friction. Friction that is half
-as large at the release as at the rest was found in 9 of 10 (above 0.9), friction that is half as large again
+as large at the release as at the rest was found in 8 of 10 (above 0.9), friction that is half as large again
 in 4.
 """
 

@@ -1,9 +1,9 @@
 """Jitter of the sample times is found where it is, and noise that grows is not where it does not.
 
 Records of a simulator of their own, with a force that fluctuates; noise in proportion to the signal is
-offered next to jitter. Without jitter two of 40 had a probability above 0.2, none above 0.4; one invented in
-a record of five is seen in 86 % of runs. Of 12 with jitter that makes twice the noise of the sensor at full
-speed all had one above a half, with a median of 1.00.
+offered next to jitter. Without jitter none of 40 had a probability above 0.09; one invented in a record of
+five is seen in 86 % of runs. Of 12 with jitter that makes twice the noise of the sensor at full speed all had
+one above 0.9, with a median of 1.00.
 """
 
 from __future__ import annotations

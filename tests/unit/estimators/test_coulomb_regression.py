@@ -13,7 +13,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.report.estimate_story import estimate_story
 
-FREQUENCY, RELEASE, FRICTION, STEP = 10.0, 0.1, 0.001, 0.01
+FREQUENCY, RELEASE, FRICTION, STEP = 10.0, 0.1, 0.001, 0.02
 LINEAR = fb.Oscillator(mass=2.0, stiffness=200.0)
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
@@ -25,7 +25,7 @@ def motion(rng: np.random.Generator, share: float, release: float = RELEASE) -> 
         friction=FRICTION * release / RELEASE,
         release=release,
         step=STEP,
-        samples=2500,
+        samples=800,
         force_sd=share * FRICTION * release / RELEASE,
         correlation_time=0.1,
     )

@@ -11,7 +11,7 @@ import friction_bayes as fb
 from friction_bayes.loop.columns.lines import decaying_lines, steady_lines
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.law_fit import fit_law
-from unsteady_decays import FRICTION, RELEASE, RINGING, STEP, SYSTEM, fitted, probability_of, ringing_record
+from unsteady_decays import FINE, FRICTION, RELEASE, RINGING, SYSTEM, fitted, probability_of, ringing_record
 
 OFFERED = ("viscous_damping", "sensor_offset", "periodic_interference", "second_mode")
 LINES = {"periodic_interference", "second_mode"}
@@ -148,7 +148,7 @@ def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
 def test_lines_that_die_out_are_found_under_their_envelopes(
     rng: np.random.Generator, segment: Segment
 ) -> None:
-    time = STEP * np.arange(segment.moving)
+    time = FINE * np.arange(segment.moving)
     noise = rng.standard_normal(time.size)
     modes = {4.0: 0.8, 11.9: 2.0, 23.0: 5.0}
     ringing = sum(3.0 * np.exp(-time / t) * np.sin(2.0 * np.pi * f * time + f) for f, t in modes.items())
@@ -164,7 +164,7 @@ def test_lines_that_die_out_are_found_under_their_envelopes(
 def test_neither_a_line_that_lasts_nor_a_harmonic_is_a_mode(
     rng: np.random.Generator, segment: Segment
 ) -> None:
-    time = STEP * np.arange(segment.moving)
+    time = FINE * np.arange(segment.moving)
     noise = rng.standard_normal(time.size)
     lasting = noise + np.sin(2.0 * np.pi * RINGING * time)
     assert decaying_lines(lasting, segment) == ()

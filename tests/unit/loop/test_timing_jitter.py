@@ -54,7 +54,7 @@ def test_of_several_records_each_that_has_it_has_a_size_of_its_own(rng: np.rando
 
 def test_many_records_without_it_do_not_add_up_to_it(rng: np.random.Generator) -> None:
     """Each leaves it a few per cent."""
-    records = [jittered_record(rng, 0.0, NOISE) for _ in range(6)]
+    records = [jittered_record(rng, 0.0, NOISE) for _ in range(4)]
     found = [
         sum(c["probability"] for c in report.candidates if "timing_jitter" in c["effects"])
         for report in (
@@ -78,7 +78,7 @@ def test_simulated_jitter_is_noise_in_proportion_to_the_rate() -> None:
             friction=0.02,
             initial_displacement=RELEASE,
             duration=20.0,
-            sampling_rate=100.0,
+            sampling_rate=1.0 / STEP,
             seed=1,
             effects=effects,
         )
