@@ -100,7 +100,7 @@ def peak_share(records: Array) -> float:
 
 
 def methods_table(records: Array) -> list[str]:
-    """Time over that of the sum by method, type of number and what is asked."""
+    """Time over that of the sum by method, type of number and kind of result."""
     short = batch(records)["random_force_probability"].isnull().values
     cases: dict[str, tuple[Any, dict[str, Any]]] = {
         "waveform": (records, {}),

@@ -49,7 +49,7 @@ def draw_rigs(dataset: xr.Dataset) -> Figure:
         for axes, (rig, places) in zip(panels, rigs.items(), strict=True):
             own = dataset.isel(case=places)
             for suffix, shift, color, style, label in (
-                ("_without", -0.12, ACCENT, "s", "noise in the sensor alone"),
+                ("_without", -0.12, ACCENT, "s", "sensor noise alone"),
                 ("", 0.12, MODEL, "o", "averaged over a random force"),
             ):
                 mean, low, high = (own[f"{name}{suffix}"].values for name in ("friction", "low", "high"))

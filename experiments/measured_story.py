@@ -152,7 +152,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="verdict",
+    heading="verdict",
     group="measured",
     details=details,
 )

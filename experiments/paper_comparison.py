@@ -1,4 +1,4 @@
-"""Every number of the paper beside ours: ``results/paper_comparison.json`` and a page of the documentation.
+"""Every number of the paper and ours: ``results/paper_comparison.json`` and a page of the documentation.
 
 ``python -m experiments.paper_comparison [--results DIR] [--docs FILE]`` collects what the experiments found;
 it computes no estimate. ``python -m experiments`` does the same at its end.
@@ -34,7 +34,7 @@ OF_SAMPLER = {
 
 
 def needed_results() -> tuple[str, ...]:
-    """Names of the experiments that the table asks."""
+    """Names of the experiments that the table reads."""
     numbers = paper_numbers().values()
     return tuple(sorted({number.ours["experiment"] for number in numbers if number.ours is not None}))
 
@@ -174,7 +174,7 @@ def _share(values: Array, whole: float) -> dict[str, Any]:
 
 
 def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
-    """What the sampler found on the records that were checked, beside the closed form there."""
+    """What the sampler found on the records that were checked, and the closed form there."""
     name, power = OF_SAMPLER.get(ours["variable"], ("", 1.0))
     if name not in mine:
         return None

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import FAINT, PaperFigure, legend_beside, main, new_figure
+from paper_figures.drawing import FAINT, PaperFigure, legend_right, main, new_figure
 from paper_figures.methods import METHOD_STYLE
 
 __all__ = ["FIGURE"]
@@ -39,7 +39,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         below.plot(x, 100.0 * mine["width"].median("replicate")[order], ms=4, **METHOD_STYLE[method])
     above.set_ylabel("intervals that hold the truth [%]")
     above.set_ylim(0.0, 108.0)
-    legend_beside(above)
+    legend_right(above)
     below.set_yscale("log")
     below.set_ylabel("width of the interval [% of friction]")
     below.set_xlabel("signal-to-noise ratio [dB]")

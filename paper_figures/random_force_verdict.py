@@ -1,4 +1,4 @@
-"""A force that fluctuates: the paper's estimator, criterion and intervals beside the whole-signal fit."""
+"""A force that fluctuates: the paper's estimator, criterion and intervals, and the whole-signal fit."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _lines(
 
 
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
-    """One column a noise; RMS error, coverage, and precision beside that without the force."""
+    """One column a noise; RMS error, coverage, and precision over that without the force."""
     found = results["random_force_verdict"]
     noises = sorted(set(found["noise"].values[np.isfinite(found["noise"].values)].tolist()), reverse=True)
     figure = new_figure(8.4, 8.8)
@@ -95,7 +95,7 @@ FIGURE = PaperFigure(
     results=("random_force_verdict",),
     caption=(
         "The paper takes whatever departs from Coulomb's law for noise and judges a record by its "
-        "precision. Ours: its example with an Ornstein-Uhlenbeck force over 0.1 s, its estimator beside the "
+        "precision. Ours: its example with an Ornstein-Uhlenbeck force over 0.1 s, its estimator and the "
         "whole-signal fit; bars are Monte Carlo errors, of the precision 90 % of the records."
     ),
     draw=draw,

@@ -1,4 +1,4 @@
-"""Closed forms against emcee: what the three columns tell, and that a wrong closed form shows in them."""
+"""Closed forms against emcee: what the three columns show, and that a wrong closed form shows in them."""
 
 from __future__ import annotations
 

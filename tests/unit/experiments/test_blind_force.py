@@ -125,7 +125,7 @@ def test_full_run_extends_the_default_one() -> None:
 def test_a_rough_patch_is_no_fluctuation() -> None:
     """A random force takes up most of what it does to the motion, not that it stays where it is.
 
-    Friction that changes along a curve, one term more than a straight drift, would stand in for that.
+    Friction that changes along a curve, one term more than a straight drift, would explain that.
     """
     sealed = draw("rough_patch", np.random.SeedSequence([20261121, KINDS.index("rough_patch"), 0]))
     found = fb.close_loop(

@@ -135,7 +135,7 @@ def test_a_forecast_is_of_all_laws_each_as_probable_as_after_the_whole_record(
         return drawn[-1]
 
     monkeypatch.setattr(forecast, "draw_laws", kept)
-    # damping and drag cannot be told apart under as much noise
+    # damping and drag cannot be separated under as much noise
     candidates = alone(1e-4)
     candidates.forecasts()
     (laws,) = drawn[0].records
