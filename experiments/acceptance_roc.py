@@ -115,7 +115,7 @@ def _criteria(
 ) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
     """One mapping a reading of a peak, empty where the record gives no estimate; one an estimate by emcee.
 
-    ``seed`` is that of the sampler, None where it is not asked.
+    ``seed`` is that of the sampler, None where it does not run.
     """
     with warnings.catch_warnings():
         # a frequency read off few samples may differ from the declared one: that is in the error
@@ -263,7 +263,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 
 
 def _operating_row(mine: xr.Dataset, method: str) -> Row:
-    """What acceptance by a set-up record lets through."""
+    """Shares of the good and of the bad estimates that a set-up record accepts."""
     judged = mine["error"].notnull()
     good = abs(mine["error"]) <= GOOD
     of_good = float(mine["accepted"].where(good).mean())

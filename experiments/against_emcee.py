@@ -247,7 +247,7 @@ def what_was_checked(dataset: xr.Dataset) -> str:
             found.setdefault(name, []).append(dataset[f"{before}{name}{behind}"].values[kept])
     values = {name: np.concatenate(parts) for name, parts in found.items()}
     if not values or values["rhat"].size == 0:
-        return "Of no posterior here are R-hat, effective sample sizes and agreement with a sampler known."
+        return "No posterior here was checked by a sampler."
     agrees = values["agrees"][np.isfinite(values["agrees"])]
     least = "/".join(f"{values[name].min():.0f}" for name in ("ess_bulk", "ess_tail"))
     return (

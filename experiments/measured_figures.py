@@ -16,7 +16,7 @@ _HALF_CYCLES_SHOWN = 6.0
 
 
 def draw(case: xr.Dataset) -> Figure:
-    """Signal under its fit, whole and at the end, and what the fit leaves."""
+    """Signal under its fit, whole and at the end, and the residual."""
     time, signal, fit, residual = (
         case[name].dropna("sample").values for name in ("time", "signal", "fit", "residual")
     )

@@ -52,7 +52,7 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     dict
         ``rows``: of each number ``id``, ``place``, ``text``, ``kind``, ``restates``, ``scales_with``,
         ``paper``, ``unit`` and ``note``, and ``ours``, empty for an input that is taken over; by reading of
-        "peak" (one without a name where none is asked) it has ``median``, ``low``, ``high``, the Monte Carlo
+        "peak" (one without a name where there are no readings) it has ``median``, ``low``, ``high``, the Monte Carlo
         errors of the last two, ``records``, ``verdict``, ``smaller_error`` (whether it is out for being an
         error smaller than ours) and ``emcee``.
 
@@ -193,7 +193,7 @@ def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
 
 
 def write_comparison(results: Path, docs: Path | None = None) -> Path:
-    """Write ``paper_comparison.json`` into ``results`` and, where asked, the page; return the former."""
+    """Write ``paper_comparison.json`` into ``results`` and, with ``docs``, the page; return the former."""
     comparison = compare_with_paper(results)
     target = results / f"{NAME}.json"
     command = f"python -m experiments.{NAME}"

@@ -107,10 +107,10 @@ def _tables(docs: Path) -> dict[str, list[dict[str, str]]]:
 
 
 def _quoted(quotation: str, tables: Mapping[str, Sequence[Mapping[str, str]]]) -> str:
-    name, _, asked = quotation.partition(": ")
+    name, _, place = quotation.partition(": ")
     if name == "paper":
-        return f"{printed(asked):g}"
-    row, *rest = asked.split(" > ")
+        return f"{printed(place):g}"
+    row, *rest = place.split(" > ")
     column, part = (*rest, *("ours", "")[len(rest) :])
     picked = [each for each in tables.get(name, ()) if column in each and _is(each, row)]
     if len(picked) != 1:
@@ -118,10 +118,10 @@ def _quoted(quotation: str, tables: Mapping[str, Sequence[Mapping[str, str]]]) -
     return PARTS[part](picked[0][column])
 
 
-def _is(row: Mapping[str, str], asked: str) -> bool:
-    if next(iter(row.values())) == asked:
+def _is(row: Mapping[str, str], wanted: str) -> bool:
+    if next(iter(row.values())) == wanted:
         return True
-    pairs = [pair.partition("=") for pair in asked.split("; ")]
+    pairs = [pair.partition("=") for pair in wanted.split("; ")]
     return all(mark and row.get(column) == cell for column, mark, cell in pairs)
 
 

@@ -1,4 +1,4 @@
-"""Which of the paper's claims hang on its prior? Every claim of section 3 and Table 2 under many priors.
+"""Which of the paper's claims depend on its prior? Every claim of section 3 and Table 2 under many priors.
 
 The paper shows its priors as pictures. Here the friction samples of each record are taken once, and every
 prior updates the same samples.
@@ -357,7 +357,7 @@ def _told(mine: xr.Dataset) -> str:
 
 EXPERIMENT = Experiment(
     name="prior_sweep",
-    question="which of the paper's claims hang on its prior?",
+    question="which of the paper's claims depend on its prior?",
     config=Config(),
     cells=cells,
     run=run,

@@ -49,7 +49,7 @@ FIGURE = PaperFigure(
         "both settle as friction samples come in, every number of them from 2 on, but in the median "
         "precision starts high and falls: with few samples it is what their chance scatter makes it. Under a "
         "prior whose mean precision is below that of the samples it rises, as in the paper (paper.md, what "
-        "hangs on the prior). Median and 90 % of 200 records, and one of them; priors are the package's "
+        "depends on the prior). Median and 90 % of 200 records, and one of them; priors are the package's "
         "default, nearly flat, as in the table."
     ),
     draw=draw,

@@ -46,7 +46,7 @@ def judged(ordinary: OrdinaryRecord) -> dict[str, list[float]]:
     Parameters
     ----------
     ordinary : OrdinaryRecord
-        Record and declared system are all that an estimator sees.
+        Record and declared system are all that an estimator is given.
     """
     record = make_record(
         ordinary.times, ordinary.values, ordinary.quantity, name="ordinary record", synthetic=True

@@ -13,7 +13,7 @@ from experiments.method_tables import share_error, with_error
 __all__ = ["lines_of", "short"]
 
 _SAME_GAIN = 1e-5
-"""Relative difference below which no interval sees a gain."""
+"""Relative difference below which a gain changes no interval."""
 
 
 def lines_of(row: str, records: xr.Dataset, estimators: Sequence[str]) -> list[Mapping[str, str]]:

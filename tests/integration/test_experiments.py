@@ -1,4 +1,4 @@
-"""Each experiment on a tiny configuration: what it leaves, that it resumes, that it repeats itself."""
+"""Each experiment on a tiny configuration: what it writes, that it resumes, that it repeats itself."""
 
 from __future__ import annotations
 

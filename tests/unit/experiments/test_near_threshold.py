@@ -1,4 +1,4 @@
-"""The table of records near the threshold: what is asked of a kind, and of all kinds together."""
+"""The table of records near the threshold: figures and targets of a kind, and of all kinds together."""
 
 from __future__ import annotations
 

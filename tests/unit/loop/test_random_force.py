@@ -1,4 +1,4 @@
-"""The loop with a force that fluctuates: its columns, what it finds, and what it leaves."""
+"""The loop with a force that fluctuates: its columns, what it finds, and its residual."""
 
 from __future__ import annotations
 
