@@ -52,7 +52,7 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     dict
         ``rows``: of each number ``id``, ``place``, ``text``, ``kind``, ``restates``, ``scales_with``,
         ``paper``, ``unit`` and ``note``, and ``ours``, empty for an input that is taken over; by reading of
-        "peak" (one without a name where there are no readings) it has ``median``, ``low``, ``high``, the Monte Carlo
+        "peak" (one without a name where none applies) it has ``median``, ``low``, ``high``, the Monte Carlo
         errors of the last two, ``records``, ``verdict``, ``smaller_error`` (whether it is out for being an
         error smaller than ours) and ``emcee``.
 
