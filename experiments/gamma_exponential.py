@@ -111,8 +111,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"true {friction:g} N: posterior mean",
                 f"{band(mine['estimate'])} 1/N",
                 "a wrong value (Fig. 3)" if friction == FRICTION else "",
-                f"1/friction = {1.0 / friction:.4g} 1/N; its interval holds {friction:g} in {held} of {n}; "
-                f"read as 1/r it is {band(mine['inverted'])} N and holds it in {right} of {n}; "
+                f"1/friction = {1.0 / friction:.4g} 1/N; its interval covers {friction:g} in {held} of {n}; "
+                f"read as 1/r it is {band(mine['inverted'])} N and covers it in {right} of {n}; "
                 f"{100.0 * float(mine['negative_share'].mean()):.0f} % of the samples are negative",
                 word(mine),
             )

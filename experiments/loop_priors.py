@@ -436,7 +436,7 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
         return None
     values, clipped = measure(motion, sensor, times, noise_sd, rng)
     if not clipped:
-        # a level that nothing reaches is no fault of this record
+        # clipping at a level that nothing reaches does not act in this record
         chosen = tuple(name for name in chosen if name != "sensor_clipping")
     w0, unit = setting.natural_frequency, setting.swing
     force_unit = setting.system["stiffness"] * unit

@@ -1,4 +1,4 @@
-"""What does ``estimate`` say by default of the recordings an ordinary laboratory makes?
+"""How does ``estimate`` do by default on the recordings an ordinary laboratory makes?
 
 Records of filters, conversions, fluctuating friction, hands and drives, by a simulator that shares no code
 with the package; see :mod:`experiments.ordinary`. :func:`score` prints the table of chosen rows on seeds of
@@ -186,7 +186,7 @@ def _lines_by_sensor(name: str, records: xr.Dataset) -> list[Mapping[str, str]]:
 
 EXPERIMENT = Experiment(
     name="ordinary_records",
-    question="what does estimate say by default of the recordings an ordinary laboratory makes?",
+    question="how does estimate do by default on the recordings an ordinary laboratory makes?",
     config=Config(),
     cells=cells,
     run=run,

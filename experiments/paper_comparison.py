@@ -30,7 +30,7 @@ OF_SAMPLER = {
     "precision": ("reference_precision", 1.0),
     "noise_sd": ("reference_precision", -0.5),
 }
-"""What emcee's draws say of a variable of the closed form, and the power that makes it that variable."""
+"""By variable of the closed form: emcee's, and the power that makes it that variable."""
 
 
 def needed_results() -> tuple[str, ...]:

@@ -106,7 +106,7 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         "## What goes into our data\n",
         "What the paper's data are: put into the simulation, what we chose something for, or what follows "
         "from that (every signal-to-noise ratio). That the data give them back checks our simulation and "
-        "says nothing of the paper.\n",
+        "is no check of the paper.\n",
         _inputs_table(inputs),
         "## What the paper judges by\n",
         _criteria_table(criteria),

@@ -37,7 +37,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
             x, 100.0 * mine["covers"].mean("replicate")[order], ms=4, label=method, **METHOD_STYLE[method]
         )
         below.plot(x, 100.0 * mine["width"].median("replicate")[order], ms=4, **METHOD_STYLE[method])
-    above.set_ylabel("intervals that hold the truth [%]")
+    above.set_ylabel("intervals that cover the truth [%]")
     above.set_ylim(0.0, 108.0)
     legend_right(above)
     below.set_yscale("log")
@@ -50,7 +50,7 @@ FIGURE = PaperFigure(
     name="coverage_and_width",
     results=("noise_sweep",),
     caption=(
-        "How often the 90 % intervals hold the true friction of the paper's example, and how wide they "
+        "How often the 90 % intervals cover the true friction of the paper's example, and how wide they "
         "are; 200 records at 21.6, 20, 14.7 and 8.6 dB, 40 elsewhere."
     ),
     draw=draw,

@@ -82,7 +82,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         bottom.set_yticks([], minor=True)
         bottom.set_xlabel("standard deviation of the force over the friction [%]")
     panels[0, 0].set_ylabel("RMS error of the friction [%]")
-    panels[1, 0].set_ylabel("90 % intervals that hold it [%]")
+    panels[1, 0].set_ylabel("90 % intervals that cover it [%]")
     panels[2, 0].set_ylabel("precision over that\nwithout the force [1]")
     panels[2, 0].legend(loc="lower left", fontsize=8)
     handles, labels = panels[0, 0].get_legend_handles_labels()

@@ -187,7 +187,7 @@ def figures_of_merit(dataset: xr.Dataset) -> list[Figure]:
             lambda r: r >= 0.9,
         ),
         _rate(
-            "true set among those holding 95 %, all of the catalogue",
+            "true set among those that add up to 95 %, all of the catalogue",
             ">= 95 %",
             dataset["held"].values.astype(bool),
             catalogue,

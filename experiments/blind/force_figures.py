@@ -110,7 +110,7 @@ def _figures(dataset: xr.Dataset) -> Iterator[tuple[str, str, Mask, Shown]]:
     yield "median friction error", "", inside, _median_of("error_after")
     yield "median width of the interval, over friction", "", inside, _median_of("relative_width")
     yield "... over that of a judge who knows effects, force and noise", "", inside, _width_over_best(dataset)
-    yield "true set of other effects among those holding 95 %", ">= 95 %", inside, held
+    yield "true set of other effects among those that add up to 95 %", ">= 95 %", inside, held
     identifiable = inside & dataset["identifiable"].values.astype(bool)
     yield "true set of other effects most probable, identifiable records", "", identifiable, _rate_of("right")
     seen = inside & (dataset["force_loss"].values >= IDENTIFIABLE_LOSS)
@@ -122,7 +122,7 @@ def _figures(dataset: xr.Dataset) -> Iterator[tuple[str, str, Mask, Shown]]:
     yield what, "", inside, _rate_of("correlation_time_covered")
     yield "predictive 90 % band covers held-out samples, where given", "80 .. 97 %", inside, _rate_of("band")
     yield "newer kinds, no force: friction interval covers", "85 .. 95 %", ~force, covers
-    yield "newer kinds, no force: true set among those holding 95 %", ">= 95 %", ~force, held
+    yield "newer kinds, no force: true set among those that add up to 95 %", ">= 95 %", ~force, held
     yield "newer kinds, no force: random force found", "", ~force, _found
     yield "outside the catalogue: called unexplained", "", force & outside, _verdict("unexplained")
     yield "refused", "0 %", np.ones(force.size, dtype=bool), _verdict("refused")

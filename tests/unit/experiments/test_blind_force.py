@@ -103,7 +103,7 @@ def test_cells_and_tables_of_a_run(monkeypatch: pytest.MonkeyPatch, seed: int) -
     assert [result["after_verdict"] for result in results] == ["explained", "explained", "refused"]
     dataset = loop_blind_force.assemble(cells, results)
     table = {row.what: row for row in loop_blind_force.rows(dataset)}
-    assert table["true set of other effects among those holding 95 %"].ours.startswith("100")
+    assert table["true set of other effects among those that add up to 95 %"].ours.startswith("100")
     assert table["outside the catalogue: called unexplained"].ours.startswith("0 ")
     assert table["refused"].ours.startswith("33")
     kinds = loop_blind_force.EXPERIMENT.details

@@ -171,7 +171,7 @@ def test_a_record_without_one_hardly_notices(seed: int) -> None:
     assert sum(c["probability"] for c in averaged.candidates) == pytest.approx(1.0)
 
 
-def test_how_long_a_record_rests_does_not_speak_against_a_force() -> None:
+def test_how_long_a_record_rests_is_no_evidence_against_a_force() -> None:
     """Noise that explains a force is large while it moves; the rest has the same likelihood under both."""
     friction, step, noise = 1.5e-3, 0.003, 1e-6
     rng = np.random.default_rng(3)
