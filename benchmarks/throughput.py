@@ -57,7 +57,7 @@ def paper_records(count: int, samples: int = SAMPLES, rate: float = RATE, seed: 
 
 
 def batch(records: Any, **options: Any) -> Any:
-    """Estimate all of them, whatever is to be warned of."""
+    """Estimate all of them, without warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordWarning)
         return estimate_batch(records, PAPER_SYSTEM, sampling_rate=options.pop("rate", RATE), **options)

@@ -82,7 +82,7 @@ def _run(
                 print(f"{name}: not run. {error}", file=sys.stderr)
                 continue
             done[name] = "run"
-        # as soon as it can be made, of these sources alone: what comes after may want for its data
+        # as soon as it can be made, of these sources alone: later experiments may lack their data
         if name in needed_results() and all(
             each in digests and _finished(each, options.results, digests[each]) for each in needed_results()
         ):

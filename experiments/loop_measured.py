@@ -1,4 +1,4 @@
-"""What does the loop make of every measured record, and how much better does it forecast it?"""
+"""Which law does the loop find for every measured record, and how much better does it forecast it?"""
 
 from __future__ import annotations
 
@@ -391,7 +391,7 @@ def _left(case: xr.Dataset) -> str:
 
 EXPERIMENT = Experiment(
     name="loop_measured",
-    question="what does the loop make of measured records, and how much better does it forecast them?",
+    question="which laws does the loop find for measured records, and how much better do they forecast them?",
     config=Config(),
     cells=cells,
     run=run,

@@ -46,7 +46,7 @@ def draw_gains(dataset: xr.Dataset) -> Figure:
 
 
 def draw_residuals(dataset: xr.Dataset) -> Figure:
-    """What the final model leaves of each record."""
+    """The residual of the final model, record by record."""
     count = dataset.sizes["record"]
     rows = -(-count // _COLUMNS)
     figure = new_figure(11.4, 1.5 * rows)

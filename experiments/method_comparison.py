@@ -128,7 +128,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 
 
 def _figures(method: Callable[[xr.DataArray], dict[str, float]], record: xr.DataArray) -> dict[str, float]:
-    """What one method makes of a record; a refusal where it cannot."""
+    """The figures of one method on a record; a refusal where it cannot estimate."""
     with warnings.catch_warnings():
         # what a method is not sure of shows in its figures here
         warnings.simplefilter("ignore")

@@ -1,4 +1,4 @@
-"""What heavy tails are worth: expected deviances of Gaussian and contaminated-Gaussian noise."""
+"""The gain from modelling heavy tails: expected deviances of Gaussian and contaminated-Gaussian noise."""
 
 from __future__ import annotations
 
