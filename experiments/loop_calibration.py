@@ -280,7 +280,7 @@ def _reliability_rows(dataset: xr.Dataset, what: str, names: Sequence[str]) -> l
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """Coverage over all and by kind of record, the test of the ranks, and the reliability of probabilities."""
+    """Coverage over all and by kind of record, the test of the ranks, and the reliability diagram."""
     records = judged(dataset)
     table = [_coverage("all records", records, _TARGET)]
     table += [_coverage(what, records.isel(record=which)) for what, which in _splits(records)]
