@@ -47,9 +47,9 @@ def measure(
     rng: np.random.Generator,
     methods: Sequence[str] = METHODS,
 ) -> tuple[Array, dict[str, Array]]:
-    """Errors of the efficient linear estimator, shape (records,), and what every method makes of the records.
+    """Errors of the efficient linear estimator, shape (records,), and figures of every method.
 
-    By method, shape (3, records): its error, whether its 90 % interval holds the truth, and the interval's
+    By method, shape (3, records): its error, whether its 90 % interval covers the truth, and the interval's
     width over that of an efficient estimator that knows the noise level. Errors are over the bound's standard
     deviation; nan where a record was refused.
     """

@@ -116,19 +116,19 @@ def memory_table(folder: Path, chunks: Sequence[int]) -> list[str]:
 @contextmanager
 def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """Start a scheduler and two workers from the command line; yield its address and the workers."""
-    told = folder / "scheduler.json"
-    told.unlink(missing_ok=True)
+    address_file = folder / "scheduler.json"
+    address_file.unlink(missing_ok=True)
     dask = (sys.executable, "-m", "dask")
-    where = ("--scheduler-file", str(told))
+    where = ("--scheduler-file", str(address_file))
     options = (*where, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0")
     scheduler = subprocess.Popen(
         [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", *where], **QUIET
     )
     workers = [subprocess.Popen([*dask, "worker", *options], **QUIET) for _ in range(2)]
     try:
-        while not told.exists():
+        while not address_file.exists():
             time.sleep(0.1)
-        address = json.loads(told.read_text())["address"]
+        address = json.loads(address_file.read_text())["address"]
         from dask.distributed import Client
 
         with Client(address, set_as_default=False) as client:

@@ -57,7 +57,7 @@ def paper_records(count: int, samples: int = SAMPLES, rate: float = RATE, seed: 
 
 
 def batch(records: Any, **options: Any) -> Any:
-    """Estimate all of them, whatever is to be warned of."""
+    """Estimate all of them, without warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordWarning)
         return estimate_batch(records, PAPER_SYSTEM, sampling_rate=options.pop("rate", RATE), **options)
@@ -100,7 +100,7 @@ def peak_share(records: Array) -> float:
 
 
 def methods_table(records: Array) -> list[str]:
-    """Time over that of the sum by method, type of number and what is asked."""
+    """Time over that of the sum by method, type of number and kind of result."""
     short = batch(records)["random_force_probability"].isnull().values
     cases: dict[str, tuple[Any, dict[str, Any]]] = {
         "waveform": (records, {}),

@@ -28,14 +28,14 @@ from friction_bayes.core.errors import InputError
 
 
 def all_experiments() -> dict[str, Experiment]:
-    """Return every experiment of this package by name, those beside the paper's numbers first."""
+    """Return every experiment of this package by name, those with numbers of the paper first."""
     found = {}
     for module in iter_modules(experiments.__path__):
         if not module.ispkg and module.name != "__main__":
             experiment = getattr(import_module(f"experiments.{module.name}"), "EXPERIMENT", None)
             if experiment is not None:
                 found[experiment.name] = experiment
-    return dict(sorted(found.items(), key=lambda item: (item[1].beside != "paper", item[0])))
+    return dict(sorted(found.items(), key=lambda item: (item[1].heading != "paper", item[0])))
 
 
 def _finished(name: str, results: Path, digest: str) -> bool:
@@ -50,12 +50,12 @@ def _record_of(name: str, results: Path) -> dict[str, Any]:
     return json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
 
 
-def _names(asked: Sequence[str], known: Mapping[str, Experiment]) -> list[str]:
-    """Names of the experiments asked for, a group giving all of its own; all where nothing is asked."""
+def _names(chosen: Sequence[str], known: Mapping[str, Experiment]) -> list[str]:
+    """Names of the chosen experiments, a group giving all of its own; all where none is chosen."""
     groups: dict[str, list[str]] = {}
     for name, experiment in known.items():
         groups.setdefault(experiment.group, []).append(name)
-    found = [name for each in asked or known for name in groups.get(each, [each])]
+    found = [name for each in chosen or known for name in groups.get(each, [each])]
     return list(dict.fromkeys(found))
 
 
@@ -67,13 +67,13 @@ def _run(
     One that cannot be run, for want of its data, is left out: what was there of it is no result of this code.
     """
     # of the sources as they are loaded now, for all: they may be edited while the first experiments run
-    asked = known.keys() & {*names, *needed_results()}
-    digests = {name: settings_digest(known[name], options) for name in asked}
-    told = {}
+    needed = known.keys() & {*names, *needed_results()}
+    digests = {name: settings_digest(known[name], options) for name in needed}
+    done = {}
     for name in names:
         if _finished(name, options.results, digests[name]):
             print(f"{name}: kept, nothing it depends on has changed", file=sys.stderr)
-            told[name] = "kept"
+            done[name] = "kept"
         else:
             print(f"{name}: {known[name].question}", file=sys.stderr)
             try:
@@ -81,23 +81,22 @@ def _run(
             except InputError as error:
                 print(f"{name}: not run. {error}", file=sys.stderr)
                 continue
-            told[name] = "run"
-        # as soon as it can be made, of these sources alone: what comes after may want for its data
+            done[name] = "run"
+        # as soon as it can be made, of these sources alone: later experiments may lack their data
         if name in needed_results() and all(
-            needed in digests and _finished(needed, options.results, digests[needed])
-            for needed in needed_results()
+            each in digests and _finished(each, options.results, digests[each]) for each in needed_results()
         ):
-            print(f"the paper's numbers beside ours: {write_comparison(options.results)}", file=sys.stderr)
-    return told
+            print(f"the paper's numbers and ours: {write_comparison(options.results)}", file=sys.stderr)
+    return done
 
 
-def _time_table(told: Mapping[str, str], results: Path) -> Table:
+def _time_table(done: Mapping[str, str], results: Path) -> Table:
     """What each experiment took when it was last run, and all that were run now."""
     table = Table(title="time of each experiment", title_justify="left")
     for heading in ("experiment", "wall, s", "processor, s", ""):
         table.add_column(heading, justify="right" if heading.endswith("s") else "left")
     total = [0.0, 0.0]
-    for name, how in told.items():
+    for name, how in done.items():
         record = _record_of(name, results)
         seconds = [record["elapsed_s"], record["processor_s"]]
         table.add_row(name, *(f"{each:.0f}" for each in seconds), how)
@@ -108,14 +107,14 @@ def _time_table(told: Mapping[str, str], results: Path) -> Table:
 
 
 def _write_pages(docs: Path, archive: Path) -> None:
-    """Write the pages on the paper, of the archive and of the tables that stand in the documentation."""
+    """Write the pages on the paper, from the archive and from the tables of the documentation."""
     comparison = comparison_page(compare_with_paper(archive))
     (docs / "paper_comparison.md").write_text(comparison, encoding="utf-8")
     write_story(docs)
     (docs / "article.md").write_text(article(archive), encoding="utf-8")
 
 
-def _tell_archived(experiments: Sequence[Experiment], options: argparse.Namespace) -> None:
+def _show_archived(experiments: Sequence[Experiment], options: argparse.Namespace) -> None:
     """Make the tables of the archive again, on the terminal or in the pages of the documentation."""
     sections = {each.name: section_of(each, options.from_archive) for each in experiments}
     if options.docs is not None:
@@ -130,7 +129,7 @@ def _tell_archived(experiments: Sequence[Experiment], options: argparse.Namespac
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run what is not there yet; print all rows beside the paper's numbers, and what each experiment took."""
+    """Run what is not there yet; print the rows with a number of the paper, and the time each took."""
     known = all_experiments()
     parser = parser_for("python -m experiments", "Run all experiments; what is finished is kept.")
     parser.add_argument(
@@ -156,41 +155,41 @@ def main(argv: Sequence[str] | None = None) -> None:
         help="run nothing: print the tables of what is archived, or bring them into --docs (%(const)s)",
     )
     options = parser.parse_args(argv)
-    asked = options.names
-    if options.from_archive is not None and not asked:
-        asked = [name for name in archived(options.from_archive) if name in known]
-    names = _names(asked, known)
+    chosen = options.names
+    if options.from_archive is not None and not chosen:
+        chosen = [name for name in archived(options.from_archive) if name in known]
+    names = _names(chosen, known)
     if unknown := [name for name in names if name not in known]:
         groups = dict.fromkeys(experiment.group for experiment in known.values())
         parser.error(
             f"no experiment {unknown[0]!r}: give some of {', '.join(known)}, or of {', '.join(groups)}"
         )
     if options.from_archive is not None:
-        _tell_archived([known[name] for name in names], options)
+        _show_archived([known[name] for name in names], options)
         return
-    told = _run(names, known, options)
+    done = _run(names, known, options)
     if options.docs is not None:
-        tables = {name: (options.results / f"{name}.md").read_text(encoding="utf-8") for name in told}
+        tables = {name: (options.results / f"{name}.md").read_text(encoding="utf-8") for name in done}
         write_docs(
             options.docs,
             {name: section(_record_of(name, options.results), text) for name, text in tables.items()},
         )
     if options.archive is not None:
-        for name in told:
+        for name in done:
             keep(known[name], options.results, options.archive)
     console = Console()
-    beside_paper = []
-    for name in told:
+    with_paper = []
+    for name in done:
         record = _record_of(name, options.results)
         rows = [Row(**row) for row in record["table"]]
         if record["beside"] == "paper":
-            beside_paper += [row for row in rows if row.paper]
+            with_paper += [row for row in rows if row.paper]
         else:
             console.print(f"{name}: {len(rows)} figures in {options.results / f'{name}.md'}")
-    if beside_paper:
-        console.print(closing_table("all experiments beside the paper", beside_paper, beside="paper"))
-    console.print(_time_table(told, options.results))
-    if left := [name for name in names if name not in told]:
+    if with_paper:
+        console.print(closing_table("all experiments and the paper", with_paper, heading="paper"))
+    console.print(_time_table(done, options.results))
+    if left := [name for name in names if name not in done]:
         parser.exit(2, f"not run: {', '.join(left)}\n")
 
 

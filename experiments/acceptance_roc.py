@@ -1,4 +1,4 @@
-"""Which criterion tells a good estimate from a bad one? The paper's precision parameter and four others."""
+"""Which criterion separates good estimates from bad ones? The paper's precision parameter and four others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scipy import stats
 
 import friction_bayes as fb
 from experiments.against_emcee import CHECKED, SAMPLED, sampled, verdict_rows
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part
 from experiments.rig import Rig, run_rig, system_of, true_friction
@@ -44,7 +44,7 @@ CRITERIA = {
 
 VARIABLES = {
     "error": ("1", "(posterior mean - mean friction of the run) / mean friction of the run"),
-    "accepted": ("1", "verdict of acceptance by precision beside the first set-up record"),
+    "accepted": ("1", "verdict of acceptance by precision relative to the first set-up record"),
     **{name: ("1", meaning) for name, meaning in CRITERIA.items()},
 }
 
@@ -57,7 +57,7 @@ ESTIMATES = ("waveform", *READINGS)
 class Config:
     """What is varied: share of the motion kept, sampling rate, noise in multiples of the sensor's.
 
-    Each run brings ``set_ups`` whole records more, of which the precision that a set-up phase would ask for;
+    Each run brings ``set_ups`` whole records more, of which the precision that a set-up phase would require;
     the first ``checked`` go through emcee.
     """
 
@@ -115,7 +115,7 @@ def _criteria(
 ) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
     """One mapping a reading of a peak, empty where the record gives no estimate; one an estimate by emcee.
 
-    ``seed`` is that of the sampler, None where it is not asked.
+    ``seed`` is that of the sampler, None where it does not run.
     """
     with warnings.catch_warnings():
         # a frequency read off few samples may differ from the declared one: that is in the error
@@ -243,8 +243,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     table = []
     for method in READINGS:
         mine = dataset.sel({"method": method})
-        told = int(mine["error"].notnull().sum())
-        good = float((abs(mine["error"]) <= GOOD).sum()) / told
+        known = int(mine["error"].notnull().sum())
+        good = float((abs(mine["error"]) <= GOOD).sum()) / known
         ranked = sorted(CRITERIA, key=lambda name: -float(mine["area"].sel(criterion=name)))
         table.append(_operating_row(mine, method))
         for criterion in ranked:
@@ -256,20 +256,20 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     "a criterion" if criterion == "precision" else "",
                     f"{float(one['area_within']):.3f} +- {float(one['area_within_sd']):.3f} "
                     f"within a condition; {CRITERIA[criterion]}; "
-                    f"{100.0 * good:.0f} % of {told} estimates are good",
+                    f"{100.0 * good:.0f} % of {known} estimates are good",
                 )
             )
     return table + verdict_rows(dataset, "estimate")
 
 
 def _operating_row(mine: xr.Dataset, method: str) -> Row:
-    """What acceptance by a set-up record lets through."""
+    """Shares of the good and of the bad estimates that a set-up record accepts."""
     judged = mine["error"].notnull()
     good = abs(mine["error"]) <= GOOD
     of_good = float(mine["accepted"].where(good).mean())
     of_bad = float(mine["accepted"].where(judged & ~good).mean())
     return Row(
-        f"{method}: accepted by precision beside a set-up record",
+        f"{method}: accepted by precision relative to a set-up record",
         f"{100.0 * of_good:.0f} % of the good, {100.0 * of_bad:.0f} % of the bad",
         f"30 of {printed('precision-reduced'):g}",
         "the rule of friction-bayes estimate --setup: a share of 0.9, or what chance alone allows; "
@@ -279,7 +279,7 @@ def _operating_row(mine: xr.Dataset, method: str) -> Row:
 
 EXPERIMENT = Experiment(
     name="acceptance_roc",
-    question="which criterion tells a good estimate from a bad one?",
+    question="which criterion separates good estimates from bad ones?",
     config=Config(),
     cells=cells,
     run=run,

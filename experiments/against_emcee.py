@@ -1,8 +1,8 @@
 """Closed forms against emcee, by their own likelihood and prior, on some records of every level.
 
-:func:`sampled` and :func:`sampled_pair` sample one posterior; :func:`three_columns` and :func:`word` tell
-what the checked records of a level came to: R-hat, effective sample sizes, agreement, and
-:func:`what_was_checked` what all of a result did.
+:func:`sampled` and :func:`sampled_pair` sample one posterior; :func:`three_columns` and :func:`word` sum up
+the checked records of a level: R-hat, effective sample sizes, agreement;
+:func:`what_was_checked` sums up those of a whole result.
 """
 
 from __future__ import annotations
@@ -72,14 +72,14 @@ def sampled(estimate: fb.Estimate, *, seed: int) -> dict[str, float]:
     Returns
     -------
     dict
-        Names of :data:`SAMPLED`, without what there is none of.
+        By name of :data:`SAMPLED`, those that exist for this estimate.
     """
     run = _quietly(check_estimate, estimate, seed=seed)
     summary, posterior = run.summary, run.tree["posterior"].dataset
-    found = _beside(run.friction, estimate.friction)
+    found = _compared(run.friction, estimate.friction)
     # at the declared mass and stiffness, which are all that a sampler knows, and without a witness's share
     drawn = run.tree["mixture" if "mixture" in run.tree.children else "posterior"].dataset["friction"]
-    alike = _beside(by_walker(drawn), estimate.friction_as_declared)
+    alike = _compared(by_walker(drawn), estimate.friction_as_declared)
     found |= {name: alike[name] for name in ("shift", "width_ratio")}
     named = ("rhat", "ess_bulk", "ess_tail", "converged", "agrees", "sampler_s")
     found |= {name: summary[name] for name in named}
@@ -89,7 +89,7 @@ def sampled(estimate: fb.Estimate, *, seed: int) -> dict[str, float]:
 
 
 def sampled_pair(prior: fb.NormalGamma, samples: Array, *, seed: int) -> dict[str, float]:
-    """Sample what the normal-gamma pair says of friction samples, as :func:`sampled` does of an estimate.
+    """Sample the normal-gamma posterior of friction samples, as :func:`sampled` does of an estimate.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def sampled_pair(prior: fb.NormalGamma, samples: Array, *, seed: int) -> dict[st
     tree = _quietly(sample_target, normal_gamma_target(prior, samples), seed=seed)
     posterior = tree["posterior"].dataset
     draws, attrs = by_walker(posterior["friction"]), posterior["friction"].attrs
-    found = _beside(draws, closed.friction) | {
+    found = _compared(draws, closed.friction) | {
         "rhat": attrs["nested_rhat"],
         "ess_bulk": attrs["ess_bulk"],
         "ess_tail": attrs["ess_tail"],
@@ -115,14 +115,14 @@ def sampled_pair(prior: fb.NormalGamma, samples: Array, *, seed: int) -> dict[st
 
 
 def _quietly(sample: Any, *what: Any, seed: int) -> Any:
-    """Sample; that the steps were used up stands in ``converged``."""
+    """Sample without a warning: ``converged`` says whether the steps sufficed."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.NotConvergedWarning)
         return sample(*what, seed=seed)
 
 
-def _beside(draws: Array, closed: Any) -> dict[str, float]:
-    """Mean, spread and 90 % interval of draws, beside those of the closed form."""
+def _compared(draws: Array, closed: Any) -> dict[str, float]:
+    """Mean, sd and 90 % interval of draws, and shift and width relative to the closed form's."""
     low, high = np.quantile(draws, TAILS)
     expected_low, expected_high = closed.ppf(TAILS)
     mean, sd = float(draws.mean()), float(closed.std())
@@ -174,12 +174,12 @@ def checked_records(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def three_columns(dataset: xr.Dataset) -> dict[str, str]:
-    """Return what emcee says of the checked records of one level: R-hat, effective sample sizes, agreement.
+    """Return emcee's results for the checked records of one level: R-hat, effective sample sizes, agreement.
 
     The first two are the worst of the records. Means are compared in standard deviations of the closed form,
     averaged over the records, with the standard error of that average; widths of 90 % intervals by their
     ratio, since few amplitudes leave Student's t with little more than two degrees of freedom, whose standard
-    deviation no number of draws tells.
+    deviation cannot be estimated from draws.
 
     Parameters
     ----------
@@ -217,8 +217,8 @@ def _verdict(agrees: Array) -> str:
     judged, n = int(np.isfinite(agrees).sum()), agrees.size
     if not judged:
         return "not judged"
-    told = f"agrees in {int(np.nansum(agrees))} of {judged}"
-    return told if judged == n else f"{told} judged of {n}"
+    agreed = f"agrees in {int(np.nansum(agrees))} of {judged}"
+    return agreed if judged == n else f"{agreed} judged of {n}"
 
 
 def _mean_apart(shift: Array) -> str:
@@ -247,7 +247,7 @@ def what_was_checked(dataset: xr.Dataset) -> str:
             found.setdefault(name, []).append(dataset[f"{before}{name}{behind}"].values[kept])
     values = {name: np.concatenate(parts) for name, parts in found.items()}
     if not values or values["rhat"].size == 0:
-        return "Of no posterior here are R-hat, effective sample sizes and agreement with a sampler known."
+        return "No posterior here was checked by a sampler."
     agrees = values["agrees"][np.isfinite(values["agrees"])]
     least = "/".join(f"{values[name].min():.0f}" for name in ("ess_bulk", "ess_tail"))
     return (
@@ -274,17 +274,17 @@ def verdict_rows(dataset: xr.Dataset, dim: str = "method") -> list[Row]:
         n = mine.sizes["posterior"]
         if n == 0:
             continue
-        told = [f"{int(mine['converged'].sum())} converged; false alarms 1 % each"]
+        remarks = [f"{int(mine['converged'].sum())} converged; false alarms 1 % each"]
         if mine["precision_agrees"].notnull().any():
-            told.append(f"precision {_verdict(mine['precision_agrees'].values)}")
+            remarks.append(f"precision {_verdict(mine['precision_agrees'].values)}")
         if "time_ratio" in mine:
-            told.append(f"emcee takes {float(mine['time_ratio'].median()):.0f} times as long")
+            remarks.append(f"emcee takes {float(mine['time_ratio'].median()):.0f} times as long")
         judged = int(mine["agrees"].notnull().sum())
         rows.append(
             Row(
                 f"agrees with emcee: {name}",
                 f"{int(mine['agrees'].sum())} of {judged}",
-                remark="; ".join(told if judged == n else [*told, f"{n - judged} not judged"]),
+                remark="; ".join(remarks if judged == n else [*remarks, f"{n - judged} not judged"]),
                 sampler=word(at),
             )
         )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.method_tables import with_error
 from experiments.paper_comparison import compare_with_paper, needed_results
 from experiments.paper_numbers import printed
@@ -31,7 +31,7 @@ TEMPLATE = Path(__file__).with_name("article.md")
 
 
 def needed_by_article() -> tuple[str, ...]:
-    """Names of the experiments whose numbers stand in the article."""
+    """Names of the experiments whose numbers the article quotes."""
     own = (
         "acceptance_roc",
         "gamma_exponential",
@@ -71,7 +71,7 @@ def article(results: Path) -> str:
 
 
 def _of_numbers(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """The paper's numbers, ours beside them, and the counts of verdicts."""
+    """The paper's numbers, ours, and the counts of verdicts."""
     filled = {}
     for name, row in rows.items():
         filled[f"paper:{name}"] = f"{row['paper']:g}"
@@ -96,7 +96,7 @@ def _of_numbers(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
 
 
 def _of_datasets(results: Path) -> dict[str, str]:
-    """What the experiments beside the table of numbers found."""
+    """Results of experiments that are not in the table of numbers."""
     names = ("probability_paper", "acceptance_roc", "residuals_traced", "noise_sweep", "gamma_exponential")
     samples, areas, traced, noise, rate = (stored_result(name, results) for name in names)
     stated = noise.sel(snr_db=21.59, method="nearest")
@@ -141,7 +141,7 @@ def _of_priors(swept: xr.Dataset) -> dict[str, str]:
 
 
 def _of_random_force(found: xr.Dataset) -> dict[str, str]:
-    """What the largest force does at the paper's noise, beside none."""
+    """Results under the largest force and under none, at the paper's noise."""
     usual = found.isel(condition=(found["noise"] == printed("example-noise")) & (found["time"] == 0.1))
     by_size = usual.sortby("size")
     without, with_force = by_size.isel(condition=0), by_size.isel(condition=-1)

@@ -1,4 +1,4 @@
-"""What a prior makes of many records, and numbers of it, each with its Monte Carlo error."""
+"""Posteriors of many records under one prior, and figures of them, each with its Monte Carlo error."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CLEAR = 1.64
 
 @dataclass(frozen=True)
 class After:
-    """What a prior makes of every record.
+    """The posterior of every record under one prior.
 
     Attributes
     ----------

@@ -39,7 +39,7 @@ LEAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Classical:
-    """What a classical estimator says.
+    """The result of a classical estimator.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def log_decrement(found: Array, stiffness: float) -> Classical:
     r"""Logarithmic decrement, and the friction that loses as much energy over the same swings.
 
     ``ln A_n`` falls by ``delta`` a half cycle, the slope of a line. The method knows viscous damping alone.
-    The energy it says was lost at amplitude ``A`` is ``delta k A**2`` a half cycle, that of dry friction
+    The energy that it takes as lost at amplitude ``A`` is ``delta k A**2`` a half cycle, that of dry friction
     ``2 r A``; their sums over the record are equal for ``r = delta k sum(A**2) / (2 sum(A))``, to first order
     in the loss.
 

@@ -1,4 +1,4 @@
-"""Every closed form on one record, beside the truth and, where asked, beside emcee: the cell of a sweep."""
+"""Every closed form on one record, compared with the truth and, on some, with emcee: the cell of a sweep."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from friction_bayes.decay.friction_samples import peak_amplitudes
 from friction_bayes.mechanics.simulate import signal_to_noise_db
 
 __all__ = [
-    "BESIDE_TRUTH",
+    "AGAINST_TRUTH",
     "METHODS",
     "VARIABLES",
-    "beside_truth",
+    "against_truth",
     "closed_form_seconds",
     "measure",
-    "posterior_beside_truth",
+    "posterior_against_truth",
 ]
 
 METHODS = {
@@ -37,18 +37,18 @@ METHODS = {
 }
 """By the label of the tables: method, and how its peaks are picked."""
 
-BESIDE_TRUTH: dict[str, tuple[str, str]] = {
+AGAINST_TRUTH: dict[str, tuple[str, str]] = {
     "friction": ("N", "posterior mean of the friction"),
     "sd": ("N", "posterior standard deviation of the friction"),
     "low": ("N", "lower end of the equal-tailed 90 % interval"),
     "high": ("N", "upper end of the equal-tailed 90 % interval"),
     "error": ("1", "(posterior mean - true friction) / true friction"),
-    "covers": ("1", "whether the 90 % interval holds the true friction"),
+    "covers": ("1", "whether the 90 % interval covers the true friction"),
     "width": ("1", "width of the 90 % interval over the true friction"),
 }
-"""Unit and meaning of what :func:`posterior_beside_truth` tells."""
+"""Unit and meaning of what :func:`posterior_against_truth` returns."""
 
-VARIABLES: dict[str, tuple[str, str]] = BESIDE_TRUTH | {
+VARIABLES: dict[str, tuple[str, str]] = AGAINST_TRUTH | {
     "precision": ("", "posterior mean of the method's precision parameter, 1/(unit of its data)^2"),
     "noise_sd": ("", "standard deviation of a sample, unit of the signal; of whole-signal methods"),
     "amplitudes": ("1", "amplitudes used, or in the moving record"),
@@ -67,7 +67,7 @@ VARIABLES: dict[str, tuple[str, str]] = BESIDE_TRUTH | {
         "1",
         "error of the friction, Eq. (2), of a straight line through picked amplitudes; of normal-gamma",
     ),
-    "rmse_in_interval": ("1", "whether the 90 % interval of the precision holds what that RMS means"),
+    "rmse_in_interval": ("1", "whether the 90 % interval of the precision covers what that RMS means"),
     "negative_share": ("1", "share of friction samples below zero; of the paper's methods"),
     "elapsed": ("s", "wall time of the estimate, from record to posterior"),
     "refused": ("1", "whether the record was refused"),
@@ -89,7 +89,7 @@ def measure(
     check: bool,
     seed: int,
 ) -> dict[str, Any]:
-    """Estimate by every method and compare with the truth and, where asked, with emcee.
+    """Estimate by every method and compare with the truth and, where ``check`` is set, with emcee.
 
     Parameters
     ----------
@@ -147,15 +147,15 @@ def _one(
 def closed_form_seconds(record: xr.DataArray, system: fb.Oscillator, **options: Any) -> float:
     """Wall time [s] of an estimate made before: the first may have waited for the compiler."""
     with warnings.catch_warnings():
-        # the first has told of them
+        # the first estimate has reported them
         warnings.simplefilter("ignore")
         began = perf_counter()
         fb.estimate(record, system, **options)
         return perf_counter() - began
 
 
-def beside_truth(mean: float, sd: float, low: float, high: float, truth: float) -> dict[str, float]:
-    """Return friction with its 90 % interval, and its error, coverage and width beside the true friction."""
+def against_truth(mean: float, sd: float, low: float, high: float, truth: float) -> dict[str, float]:
+    """Return friction with its 90 % interval, and error, coverage and width relative to the truth."""
     return {
         "friction": mean,
         "sd": sd,
@@ -167,14 +167,14 @@ def beside_truth(mean: float, sd: float, low: float, high: float, truth: float) 
     }
 
 
-def posterior_beside_truth(posterior: Any, truth: float) -> dict[str, float]:
-    """Return :func:`beside_truth` of a frozen distribution of the friction."""
+def posterior_against_truth(posterior: Any, truth: float) -> dict[str, float]:
+    """Return :func:`against_truth` of a frozen distribution of the friction."""
     low, high = (float(posterior.ppf(q)) for q in (0.05, 0.95))
-    return beside_truth(float(posterior.mean()), float(posterior.std()), low, high, truth)
+    return against_truth(float(posterior.mean()), float(posterior.std()), low, high, truth)
 
 
 def _figures(estimate: fb.Estimate, friction: float) -> dict[str, float]:
-    return posterior_beside_truth(estimate.friction, friction) | {
+    return posterior_against_truth(estimate.friction, friction) | {
         "precision": math.nan if estimate.precision is None else float(estimate.precision.mean()),
         "noise_sd": estimate.noise_sd,
         "amplitudes": float(estimate.amplitudes),

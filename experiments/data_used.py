@@ -13,7 +13,7 @@ from scipy import stats
 
 import friction_bayes as fb
 from experiments.against_emcee import CHECKED, SAMPLED, sampled_pair, verdict_rows, word
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.friction_statistics import ALL_SAMPLES, EVERY_COUNT, SPACED_COUNTS
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
@@ -24,8 +24,8 @@ from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
 __all__ = ["EXPERIMENT", "Config"]
 
 FRICTION = printed("example-friction")
-TOLD = (5, 10, 25, ALL_SAMPLES)
-"""Numbers of samples that stand in the table and go through emcee."""
+SHOWN = (5, 10, 25, ALL_SAMPLES)
+"""Numbers of samples that the table shows and emcee checks."""
 
 VARIABLES = {
     "friction": ("N", "posterior mean of the friction"),
@@ -46,7 +46,7 @@ class Config:
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
-    """One record a cell; the first ones go through emcee at the numbers of samples that are told."""
+    """One record a cell; the first ones go through emcee at the numbers of samples that are shown."""
     return [
         {"replicate": replicate, "check": replicate < config.checked}
         for replicate in range(config.records_full if full else config.records)
@@ -65,7 +65,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         for count in EVERY_COUNT:
             used = samples[:count]
             found = {} if used.size < count else _figures(prior, used)
-            if found and cell["check"] and count in TOLD:
+            if found and cell["check"] and count in SHOWN:
                 found |= sampled_pair(prior, used, seed=of_sampler)
             for name, column in columns.items():
                 column.append(found.get(name, math.nan))
@@ -107,11 +107,11 @@ def _correlation(precision: xr.DataArray, error: xr.DataArray, dim: str) -> xr.D
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """What the paper says of its Fig. 4."""
+    """The paper's statements about its Fig. 4, and ours."""
     table = []
     for peaks in dataset["peaks"].values.tolist():
         mine = dataset.sel(peaks=peaks)
-        for count in TOLD:
+        for count in SHOWN:
             at = mine.sel(samples=count)
             table.append(
                 Row(

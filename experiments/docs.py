@@ -11,7 +11,7 @@ __all__ = ["section", "write_docs"]
 
 
 def section(record: Mapping[str, Any], tables: str) -> str:
-    """Return what stands between the markers of an experiment: how it was made, and its tables.
+    """Return the text between the markers of an experiment: how it was made, and its tables.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def section(record: Mapping[str, Any], tables: str) -> str:
 
 
 def write_docs(place: Path, sections: Mapping[str, str]) -> None:
-    """Replace what stands between ``<!-- results: NAME -->`` and ``<!-- end -->`` by the section of NAME.
+    """Replace the text between ``<!-- results: NAME -->`` and ``<!-- end -->`` by the section of NAME.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.reduced_data_set import DATA_SETS
 from experiments.rig import Rig, run_rig, system_of
 from experiments.runner import Cell, Experiment, main
@@ -124,8 +124,8 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """What the paper says of its Figs. 7 and 9."""
-    said = {
+    """The paper's statements about its Figs. 7 and 9, and ours."""
+    stated = {
         "amplitude_difference": ("a minor difference between the waveform amplitudes", 1.0, "m/s2"),
         "period_difference": ("and the periods", 100.0, "%"),
         "lag": ("", 1.0, "periods"),
@@ -146,7 +146,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
             dataset[name].attrs["long_name"],
         )
         for data_set in dataset["data_set"].values.tolist()
-        for name, (words, factor, unit) in said.items()
+        for name, (words, factor, unit) in stated.items()
     ]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.against_emcee import CHECKED, SAMPLED, verdict_rows, word
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.closed_forms import measure
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main

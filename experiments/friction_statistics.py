@@ -1,6 +1,6 @@
 """The paper's friction samples by their sufficient statistics, on the records that its claims are about.
 
-Eqs. (5)-(8) ask nothing of a record but the number, mean and centred sum of squares of its friction samples:
+Eqs. (5)-(8) use nothing of a record but the number, mean and centred sum of squares of its friction samples:
 with these three kept, every prior is arithmetic.
 """
 

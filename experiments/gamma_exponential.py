@@ -12,7 +12,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.against_emcee import CHECKED, SAMPLED, sampled, word
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
@@ -99,7 +99,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The pair's estimate beside 1 over the friction."""
+    """The pair's estimate, and 1 over the friction."""
     table = []
     for friction in dataset["friction"].values.tolist():
         mine = dataset.sel(friction=friction).dropna("replicate", subset=["estimate"])
@@ -111,8 +111,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"true {friction:g} N: posterior mean",
                 f"{band(mine['estimate'])} 1/N",
                 "a wrong value (Fig. 3)" if friction == FRICTION else "",
-                f"1/friction = {1.0 / friction:.4g} 1/N; its interval holds {friction:g} in {held} of {n}; "
-                f"read as 1/r it is {band(mine['inverted'])} N and holds it in {right} of {n}; "
+                f"1/friction = {1.0 / friction:.4g} 1/N; its interval covers {friction:g} in {held} of {n}; "
+                f"read as 1/r it is {band(mine['inverted'])} N and covers it in {right} of {n}; "
                 f"{100.0 * float(mine['negative_share'].mean()):.0f} % of the samples are negative",
                 word(mine),
             )

@@ -175,7 +175,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="target",
+    heading="target",
     group="blind",
 )
 

@@ -41,13 +41,13 @@ def draw_reliability(axes: Axes, dataset: xr.Dataset) -> None:
 def draw_errors(axes: Axes, dataset: xr.Dataset) -> None:
     """Relative error of friction before and after, record by record, and the two targets."""
     inside = ~dataset["outside"].values.astype(bool) & (dataset["kind"].values != "plain_coulomb")
-    told = dataset["identifiable"].values.astype(bool)
+    identifiable = dataset["identifiable"].values.astype(bool)
     before, after = (
         np.clip(100.0 * dataset[f"error_{name}"].values, 1e-3, 300.0) for name in ("before", "after")
     )
     for mask, colour, label in (
-        (inside & ~told, DATA, "a rival is within 10 in chi-square"),
-        (inside & told, MODEL, "identifiable"),
+        (inside & ~identifiable, DATA, "a rival is within 10 in chi-square"),
+        (inside & identifiable, MODEL, "identifiable"),
     ):
         axes.loglog(before[mask], after[mask], "o", color=colour, markersize=3.0, label=label)
     ends = np.array([1e-3, 300.0])

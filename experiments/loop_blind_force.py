@@ -124,7 +124,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The figures with a random force evaluated, beside those with noise in the sensor alone."""
+    """The figures with a random force evaluated, with those of sensor noise alone in the remark."""
     figures = [
         Row(line.what, line.after, line.target, f"{line.before} with sensor noise alone; {line.n} records")
         for line in figure_lines(dataset)
@@ -141,7 +141,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     details=by_kind,
-    beside="target",
+    heading="target",
     group="blind",
 )
 

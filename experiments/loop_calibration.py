@@ -112,7 +112,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 
 
 def _without_verdict(word: str, why: Exception) -> dict[str, Any]:
-    """What stands for the numbers of a record that the loop refused, or that it failed on."""
+    """The fields of a record that the loop refused or failed on: every number is nan."""
     numbers = (
         "said_probability",
         "truth_probability",
@@ -124,8 +124,8 @@ def _without_verdict(word: str, why: Exception) -> dict[str, Any]:
         "widths_off",
     )
     nothing = [math.nan] * len(NAMES)
-    told = {"verdict": word, "because": repr(why), "said": word, "probabilities": nothing}
-    return told | dict.fromkeys(numbers, math.nan)
+    texts = {"verdict": word, "because": repr(why), "said": word, "probabilities": nothing}
+    return texts | dict.fromkeys(numbers, math.nan)
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
@@ -280,7 +280,7 @@ def _reliability_rows(dataset: xr.Dataset, what: str, names: Sequence[str]) -> l
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """Coverage over all and by kind of record, the test of the ranks, and what probabilities are worth."""
+    """Coverage over all and by kind of record, the test of the ranks, and the reliability diagram."""
     records = judged(dataset)
     table = [_coverage("all records", records, _TARGET)]
     table += [_coverage(what, records.isel(record=which)) for what, which in _splits(records)]
@@ -308,8 +308,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
         count = int((dataset["verdict"] == word).sum())
         table.append(Row(word, f"{count} of {dataset.sizes['record']}", "0", ""))
     seconds = dataset["elapsed"]
-    told = f"median; mean {float(seconds.mean()):.2g} s, longest {float(seconds.max()):.2g} s"
-    return [*table, Row("time a record", f"{float(seconds.median()):.2g} s", "", told)]
+    remark = f"median; mean {float(seconds.mean()):.2g} s, longest {float(seconds.max()):.2g} s"
+    return [*table, Row("time a record", f"{float(seconds.median()):.2g} s", "", remark)]
 
 
 EXPERIMENT = Experiment(
@@ -320,7 +320,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="target",
+    heading="target",
     group="blind",
 )
 

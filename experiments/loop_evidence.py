@@ -129,7 +129,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="Monte Carlo error",
+    heading="Monte Carlo error",
     group="own",
 )
 

@@ -29,7 +29,7 @@ _SHIFT = 0.37
 """Of the largest value: no round number of the sensor's steps."""
 _LARGER = 1000.0
 _MEAN_MOVES, _END_MOVES = 0.1, 0.25
-"""Standard deviations that are asked for."""
+"""Targets, in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -100,29 +100,29 @@ def _drawn(kind: str, seed: np.random.SeedSequence) -> tuple[tuple[xr.DataArray,
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Close the loop on one record, written in several ways."""
     records, declared = _drawn(str(cell["kind"]), seed)
-    told: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     angular = "inertia" in declared
     for name, change in _CHANGES.items():
         if angular and not change.of_angles:
-            told[name] = told[_AS_IT_IS] | {"friction": [math.nan] * 3}
+            found[name] = found[_AS_IT_IS] | {"friction": [math.nan] * 3}
             continue
         system = fb.Oscillator(**change.system(declared))
         report = fb.close_loop(
             [change.record(record) for record in records], system, seed=change.seed
         ).to_dict()
         friction = report["friction_after"]
-        told[name] = {
+        found[name] = {
             "verdict": report["verdict"],
             "friction": [friction["mean"] / change.factor, *np.divide(friction["interval90"], change.factor)],
             "sd": friction["sd"] / change.factor,
         }
-    usual = told.pop(_AS_IT_IS)
-    moved = {name: np.abs(np.subtract(each["friction"], usual["friction"])) for name, each in told.items()}
+    usual = found.pop(_AS_IT_IS)
+    moved = {name: np.abs(np.subtract(each["friction"], usual["friction"])) for name, each in found.items()}
     return {
         "verdict": usual["verdict"],
         "mean_moves": [float(each[0] / usual["sd"]) for each in moved.values()],
         "end_moves": [float(each[1:].max() / usual["sd"]) for each in moved.values()],
-        "same_verdict": [each["verdict"] == usual["verdict"] for each in told.values()],
+        "same_verdict": [each["verdict"] == usual["verdict"] for each in found.values()],
     }
 
 
@@ -130,7 +130,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
     """Over record and change."""
     names = [name for name in _CHANGES if name != _AS_IT_IS]
     both = ("record", "change")
-    # JSON has null for a change that is none of the record
+    # JSON has null for a change that does not apply to the record
     moves = {
         name: (both, np.array([result[name] for result in results], dtype=float))
         for name in ("mean_moves", "end_moves")
@@ -173,7 +173,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside=f"asked: mean {_MEAN_MOVES:g} sd, ends {_END_MOVES:g} sd",
+    heading=f"target: mean {_MEAN_MOVES:g} sd, ends {_END_MOVES:g} sd",
     group="blind",
 )
 

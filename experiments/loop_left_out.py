@@ -84,8 +84,8 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     del config
     measured = loop_measured.EXPERIMENT
     with _with_setting(cell["setting"], cell["factor"]):
-        told = measured.run(measured.config, {"record": cell["record"]}, seed)
-    return {name: told[name] for name in (*NUMBERS, *TEXTS)}
+        fields = measured.run(measured.config, {"record": cell["record"]}, seed)
+    return {name: fields[name] for name in (*NUMBERS, *TEXTS)}
 
 
 def _label(cell: Cell) -> str:
@@ -224,13 +224,13 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     lines = []
     for name, variant in choices.items():
         ours, usual = _scored(dataset, {name: variant}), _scored(dataset, {name: _AS_THEY_ARE})
-        told = f"the others choose: {variant}"
-        lines.append(Row(f"{name}, {_count(ours.records)}", str(ours), str(usual), told))
+        remark = f"the others choose: {variant}"
+        lines.append(Row(f"{name}, {_count(ours.records)}", str(ours), str(usual), remark))
     kept = sum(variant == _AS_THEY_ARE for variant in choices.values())
     ours, usual = _scored(dataset, choices), _scored(dataset, as_they_are)
     left = int((~_forecast(dataset)).sum())
-    told = f"settings as they are chosen for {kept} of {len(choices)}; {_count(left)} without a forecast"
-    lines.append(Row(f"all set-ups, {_count(ours.records)}", str(ours), str(usual), told))
+    remark = f"settings as they are chosen for {kept} of {len(choices)}; {_count(left)} without a forecast"
+    lines.append(Row(f"all set-ups, {_count(ours.records)}", str(ours), str(usual), remark))
     for again in dataset["variant"].values[dataset["again"].values > 0].tolist():
         chance = _scored(dataset, dict.fromkeys(choices, again))
         lines.append(Row(f"all set-ups, {again}", str(chance), str(usual), "what chance alone does"))
@@ -255,7 +255,7 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
                 "variant": variant,
                 "value": number(float(own["value"]), 3) if np.isfinite(own["value"]) else "",
                 "error after / before": score.ratio,
-                "over that as they are": _beside(scores, variant),
+                "over that as they are": _change(scores, variant),
                 "unexplained": score.left,
                 "in the 90 % band": score.band,
                 "without a forecast": str(int(np.isnan(own["log_ratio"]).sum())),
@@ -267,7 +267,7 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
     return lines
 
 
-def _beside(scores: xr.DataArray, variant: str) -> str:
+def _change(scores: xr.DataArray, variant: str) -> str:
     """Change of the error with a variant, its standard error over set-ups, and in how many it is smaller."""
     if variant == _AS_THEY_ARE:
         return ""
@@ -287,7 +287,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="with the settings as they are",
+    heading="with the settings as they are",
     group="measured",
     paired=("setting", "factor"),
     details=details,

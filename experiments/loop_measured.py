@@ -1,4 +1,4 @@
-"""What does the loop make of every measured record, and how much better does it forecast it?"""
+"""Which law does the loop find for every measured record, and how much better does it forecast it?"""
 
 from __future__ import annotations
 
@@ -102,30 +102,30 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         processor = time.process_time() - started
     except fb.InputError as error:
         return empty | {"refused": str(error)}
-    told, error = report.to_dict(), report.held_out_error
-    left, force, ahead = told["left"], told["random_force"] or {}, report.traces[0].forecast
-    low, high = told["friction_after"]["interval90"]
-    step = told["noise"]["step"]
+    fields, error = report.to_dict(), report.held_out_error
+    left, force, ahead = fields["left"], fields["random_force"] or {}, report.traces[0].forecast
+    low, high = fields["friction_after"]["interval90"]
+    step = fields["noise"]["step"]
     numbers = {
-        "probability": told["candidates"][0]["probability"],
-        "friction_before": told["friction_before"]["mean"],
-        "friction_after": told["friction_after"]["mean"],
-        "friction_after_sd": told["friction_after"]["sd"],
+        "probability": fields["candidates"][0]["probability"],
+        "friction_before": fields["friction_before"]["mean"],
+        "friction_after": fields["friction_after"]["mean"],
+        "friction_after_sd": fields["friction_after"]["sd"],
         "friction_after_low": low,
         "friction_after_high": high,
-        "dry_friction": told["dry_friction"]["probability"],
-        "dry_friction_upper": told["dry_friction"]["upper95"],
+        "dry_friction": fields["dry_friction"]["probability"],
+        "dry_friction_upper": fields["dry_friction"]["upper95"],
         "held_out_before": error["before"],
         "held_out_after": error["after"],
         "held_out_expected": None if ahead is None else float(np.sqrt(np.mean(ahead.sd**2))),
-        "inside90": told["held_out_error"]["inside90"],
+        "inside90": fields["held_out_error"]["inside90"],
         "held_out_samples": 0 if ahead is None else ahead.time.size,
         "noise_floor": error["noise_floor"],
-        "rms_before": told["residual"]["before"]["rms"],
-        "rms_after": told["residual"]["after"]["rms"],
-        "noise_order": told["noise"]["order"],
-        "correlation_length": told["noise"]["correlation_length_s"],
-        "noise_over_step": told["noise"]["sd"] * math.sqrt(12.0) / step if step else None,
+        "rms_before": fields["residual"]["before"]["rms"],
+        "rms_after": fields["residual"]["after"]["rms"],
+        "noise_order": fields["noise"]["order"],
+        "correlation_length": fields["noise"]["correlation_length_s"],
+        "noise_over_step": fields["noise"]["sd"] * math.sqrt(12.0) / step if step else None,
         "random_force": force.get("probability"),
         "random_force_share": force.get("share_of_friction"),
         "shape_share": left["share"],
@@ -133,16 +133,16 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "processor": processor,
     }
     texts = {
-        "verdict": told["verdict"],
-        "candidates": json.dumps(told["candidates"][: config.candidates]),
-        "parameters": _parameters(told["effects"]),
-        "failed": ", ".join(told["residual"]["after"]["failed"]),
-        "next_experiment": told["next_experiment"] or "",
-        "force_unit": told["friction_after"]["unit"],
+        "verdict": fields["verdict"],
+        "candidates": json.dumps(fields["candidates"][: config.candidates]),
+        "parameters": _parameters(fields["effects"]),
+        "failed": ", ".join(fields["residual"]["after"]["failed"]),
+        "next_experiment": fields["next_experiment"] or "",
+        "force_unit": fields["friction_after"]["unit"],
         "unit": error["unit"],
         "depends_on": left["depends_on"] or "",
         "shape": left["shape"] or "",
-        "witnesses": _witnesses(told["witnesses"]),
+        "witnesses": _witnesses(fields["witnesses"]),
     }
     return empty | numbers | texts | series_of(report.traces[0], config.points)
 
@@ -166,12 +166,12 @@ def _witnesses(witnesses: dict[str, Any] | None) -> str:
 
 
 def _parameters(effects: Sequence[dict[str, Any]]) -> str:
-    told = []
+    parts = []
     for effect in effects:
         for name, p in effect["parameters"].items():
             unit = "" if p["unit"] == "1" else f" {p['unit']}"
-            told.append(f"{name.replace('_', ' ')} {number(p['mean'], 3)} ± {number(p['sd'], 2)}{unit}")
-    return "; ".join(told)
+            parts.append(f"{name.replace('_', ' ')} {number(p['mean'], 3)} ± {number(p['sd'], 2)}{unit}")
+    return "; ".join(parts)
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
@@ -207,7 +207,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 
 
 def _target(what: str, ours: float, low: float, high: float, target: str) -> Row:
-    """A figure beside what it should be; what is unknown is missed."""
+    """A figure and its target; an unknown figure misses it."""
     return Row(what, f"{ours:.2g}", target, "reached" if low <= ours <= high else "missed")
 
 
@@ -246,10 +246,10 @@ def _held_out_rows(dataset: xr.Dataset) -> list[Row]:
 def _verdict_row(dataset: xr.Dataset) -> Row:
     words = Counter(dataset["verdict"].values.tolist())
     clear = sum(words[word] for word in ("adequate", "explained", "ambiguous")) / dataset.sizes["record"]
-    told = ", ".join(f"{count} {word or 'refused'}" for word, count in words.most_common())
+    counts = ", ".join(f"{count} {word or 'refused'}" for word, count in words.most_common())
     return Row(
         "records adequate, explained or ambiguous",
-        f"{100.0 * clear:.0f} %: {told}",
+        f"{100.0 * clear:.0f} %: {counts}",
         f">= {100.0 * LEAST_CLEAR:.0f} %",
         "reached" if clear >= LEAST_CLEAR else "missed",
     )
@@ -391,13 +391,13 @@ def _left(case: xr.Dataset) -> str:
 
 EXPERIMENT = Experiment(
     name="loop_measured",
-    question="what does the loop make of measured records, and how much better does it forecast them?",
+    question="which laws does the loop find for measured records, and how much better do they forecast them?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="target; after / before",
+    heading="target; after / before",
     group="measured",
     details=details,
 )

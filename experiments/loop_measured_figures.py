@@ -46,7 +46,7 @@ def draw_gains(dataset: xr.Dataset) -> Figure:
 
 
 def draw_residuals(dataset: xr.Dataset) -> Figure:
-    """What the final model leaves of each record."""
+    """The residual of the final model, record by record."""
     count = dataset.sizes["record"]
     rows = -(-count // _COLUMNS)
     figure = new_figure(11.4, 1.5 * rows)
@@ -149,7 +149,7 @@ def draw_knock(seed: int) -> Figure:
 def main() -> None:
     """Draw from the results of the experiments on measured records."""
     parser = figure_parser("experiments.loop_measured_figures", __doc__, "docs/figures")
-    parser.add_argument("--law", default="the catalogue", help="drawn beside the published one (%(default)s)")
+    parser.add_argument("--law", default="the catalogue", help="drawn with the published one (%(default)s)")
     options = parser.parse_args()
     names = ("loop_measured", "pendulum_forecast", "measured_story", "pasco_together")
     measured, forecasts, story, together = load_results(parser, options.results, names)

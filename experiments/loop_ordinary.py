@@ -1,4 +1,4 @@
-"""What does the loop say of the recordings an ordinary laboratory makes?
+"""How does the loop do on the recordings an ordinary laboratory makes?
 
 The records of :mod:`experiments.ordinary_records`, of other seeds: a simulator that shares no code with the
 package filters, differentiates, resamples and disturbs them. None has an effect of the catalogue in it, so
@@ -30,10 +30,10 @@ from friction_bayes.records.record import make_record
 __all__ = ["EXPERIMENT"]
 
 _NUMBERS = {
-    "refused": ("1", "whether there is no answer"),
+    "refused": ("1", "whether the record was refused"),
     "ratio": ("1", "mean of the friction over the true one"),
     "width": ("1", "width of the 90 % interval over the true friction"),
-    "covered": ("1", "whether the interval holds the true friction"),
+    "covered": ("1", "whether the interval covers the true friction"),
     "off": ("1", "whether the mean is more than the whole width of the interval off the truth"),
     "forecast": ("1", "held-out error after over before"),
     "imitation": ("1", "whether the most probable law has an effect besides a random force"),
@@ -146,14 +146,14 @@ def _line(name: str, records: xr.Dataset) -> Mapping[str, str]:
 
 EXPERIMENT = Experiment(
     name="loop_ordinary",
-    question="what does the loop say of the recordings an ordinary laboratory makes?",
+    question="how does the loop do on the recordings an ordinary laboratory makes?",
     config=Config(records=6),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
     details=details,
-    beside="asked",
+    heading="target",
     group="own",
 )
 

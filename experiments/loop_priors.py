@@ -203,7 +203,7 @@ def draw_setting(rng: np.random.Generator) -> Setting:
 
 
 def offered(setting: Setting) -> tuple[str, ...]:
-    """Effects that may act: what the loop says a set-up cannot have or show is not drawn."""
+    """Effects that may act: what a set-up cannot have or show, by the loop's own rules, is not drawn."""
     names = [
         effect.name
         for effect in BUILT_IN
@@ -239,7 +239,7 @@ def _draw_parameters(name: str, scales: Scales, rng: np.random.Generator) -> tup
         extent = effect.series[int(rng.integers(len(effect.series)))]
         values *= np.where(np.arange(values.size) < extent.parameters, extent.width, 0.0)
     if name == "sensor_hysteresis":
-        # of plays the loop weighs two
+        # the loop evaluates two plays
         values[1] = 2.0 * values[0] * int(rng.integers(2))
     frequency, decay_time = values[2:] if name == "second_mode" else (0.0, 0.0)
     if decay_time and not _apart_from_the_motion(2.0 * math.pi * frequency, decay_time, scales.duration):
@@ -248,14 +248,14 @@ def _draw_parameters(name: str, scales: Scales, rng: np.random.Generator) -> tup
 
 
 def _apart_from_the_motion(frequency: float, decay_time: float, duration: float) -> bool:
-    """Whether the loop takes a line that dies out for a second mode: it lies beside the motion's harmonics.
+    """Whether the loop takes a decaying line for a second mode: it lies apart from the motion's harmonics.
 
     That is by a share of the motion's frequency and by its own width. It lasts a period of its own, and less
     than half of the record.
     """
     least = max(_OF_HARMONIC, 2.0 / decay_time)
-    beside = abs(frequency - round(frequency)) >= least
-    return beside and 2.0 * math.pi / frequency <= decay_time <= 0.5 * duration
+    apart = abs(frequency - round(frequency)) >= least
+    return apart and 2.0 * math.pi / frequency <= decay_time <= 0.5 * duration
 
 
 def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...]]) -> AddedLaw:
@@ -436,7 +436,7 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
         return None
     values, clipped = measure(motion, sensor, times, noise_sd, rng)
     if not clipped:
-        # a level that nothing reaches is no fault of this record
+        # clipping at a level that nothing reaches does not act in this record
         chosen = tuple(name for name in chosen if name != "sensor_clipping")
     w0, unit = setting.natural_frequency, setting.swing
     force_unit = setting.system["stiffness"] * unit

@@ -1,4 +1,4 @@
-"""What hangs on each number that decides in a closed loop? Each is doubled and halved on a small corpus."""
+"""What depends on each number that decides in a closed loop? Each is doubled and halved on a small corpus."""
 
 from __future__ import annotations
 
@@ -280,13 +280,13 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
 
 EXPERIMENT = Experiment(
     name="loop_settings",
-    question="what hangs on each number that decides in a closed loop?",
+    question="what depends on each number that decides in a closed loop?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="target",
+    heading="target",
     group="own",
     paired=("setting", "factor", "measured"),
     details=details,

@@ -1,4 +1,4 @@
-"""What do closed forms say of measured records, with and without a random force, and does emcee agree?"""
+"""What do closed forms estimate on measured records, with a random force and without? Does emcee agree?"""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NUMBERS = {
     "friction": "posterior mean, averaged over a random force where the method does so",
     "low": "lower end of the 90 % interval",
     "high": "upper end of the 90 % interval",
-    "friction_without": "posterior mean with noise in the sensor alone, at the declared system",
+    "friction_without": "posterior mean with sensor noise alone, at the declared system",
     "low_without": "lower end of its 90 % interval",
     "high_without": "upper end of it",
     "force_probability": "of a random force",
@@ -89,7 +89,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     series: dict[str, list[float]] = {name: [] for name in SERIES}
     record, system = dataset_record(cell["record"])
     with warnings.catch_warnings():
-        # what is warned of, a frequency or a sampler that did not converge, stands in the numbers
+        # what is warned of, a frequency or a sampler that did not converge, is among the numbers
         warnings.simplefilter("ignore")
         try:
             estimate = fb.estimate(record, system, method=cell["method"])
@@ -195,7 +195,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """What records of one rig say of each other, what emcee says of all, then a line a record and method."""
+    """Agreement between records of one rig, and with emcee; then a line a record and method."""
     table = _rig_rows(dataset) + _verdicts(dataset)
     return table + [_row(dataset.isel(case=k)) for k in range(dataset.sizes["case"])]
 
@@ -211,7 +211,7 @@ def _verdicts(dataset: xr.Dataset) -> list[Row]:
 
 
 def _by_emcee(dataset: xr.Dataset, suffix: str) -> xr.Dataset:
-    """What emcee says with or without a random force, under the names of both."""
+    """Results of emcee with or without a random force, under the names of :data:`SAMPLED`."""
     return dataset[[f"{name}{suffix}" for name in SAMPLED]].rename(
         {f"{name}{suffix}": name for name in SAMPLED if suffix}
     )
@@ -260,13 +260,13 @@ def _row(case: xr.Dataset) -> Row:
 
 
 def _sampled(case: xr.Dataset, value: Mapping[str, float]) -> str:
-    told = (
+    sampled = (
         f"{_interval(value, 'reference_mean', 'reference_low', 'reference_high', 4)}: "
         f"{word(_by_emcee(case, ''))}, {value['sampler_s']:.2g} s where the closed form takes "
         f"{1e3 * value['closed_form_s']:.2g} ms"
     )
     without = word(_by_emcee(case, "_without"))
-    return f"{told}. Without a force: {without}" if without else told
+    return f"{sampled}. Without a force: {without}" if without else sampled
 
 
 def _interval(value: Mapping[str, float], mean: str, low: str, high: str, digits: int = 5) -> str:
@@ -300,17 +300,17 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
             continue
         unit = case["signal_unit"].item()
         early, late, count = value["drop_early"], value["drop_late"], value["half_cycles"]
-        told = math.isfinite(early)
+        known = math.isfinite(early)
         ratio = value["noise_sd"] / value["rounding"]
         lines.append(
             {
                 "record": case["record"].item(),
                 "sensor noise": f"{value['noise_sd']:.3g} {unit}",
                 "over the sensor's step / sqrt(12)": f"{ratio:.2f}" if math.isfinite(ratio) else "–",
-                "half cycles": f"{count:.0f}" if told else "–",
-                "loss a half cycle, first third": f"{early:.3g} {unit}" if told else "–",
-                "last third": f"{late:.3g} {unit}" if told else "–",
-                "early over late": f"{early / late:.2f}" if told else "–",
+                "half cycles": f"{count:.0f}" if known else "–",
+                "loss a half cycle, first third": f"{early:.3g} {unit}" if known else "–",
+                "last third": f"{late:.3g} {unit}" if known else "–",
+                "early over late": f"{early / late:.2f}" if known else "–",
                 "frequency over sqrt(k/m)": f"{value['frequency_ratio']:.4f}",
             }
         )
@@ -319,13 +319,13 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
 
 EXPERIMENT = Experiment(
     name="measured_estimates",
-    question="What do closed forms say of measured records, with and without a random force?",
+    question="What do closed forms estimate on measured records, with and without a random force?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="without a random force",
+    heading="without a random force",
     group="measured",
     details=details,
 )

@@ -16,7 +16,7 @@ _HALF_CYCLES_SHOWN = 6.0
 
 
 def draw(case: xr.Dataset) -> Figure:
-    """Signal under its fit, whole and at the end, and what the fit leaves."""
+    """Signal under its fit, whole and at the end, and the residual."""
     time, signal, fit, residual = (
         case[name].dropna("sample").values for name in ("time", "signal", "fit", "residual")
     )
@@ -49,7 +49,7 @@ def draw_rigs(dataset: xr.Dataset) -> Figure:
         for axes, (rig, places) in zip(panels, rigs.items(), strict=True):
             own = dataset.isel(case=places)
             for suffix, shift, color, style, label in (
-                ("_without", -0.12, ACCENT, "s", "noise in the sensor alone"),
+                ("_without", -0.12, ACCENT, "s", "sensor noise alone"),
                 ("", 0.12, MODEL, "o", "averaged over a random force"),
             ):
                 mean, low, high = (own[f"{name}{suffix}"].values for name in ("friction", "low", "high"))

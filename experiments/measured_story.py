@@ -1,4 +1,4 @@
-"""One measured record from file to law: what each likelihood and each law makes of it."""
+"""One measured record from file to law: friction and residual under each likelihood and each law."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """What the Coulomb model leaves, then friction by each stage."""
+    """The residual of the Coulomb model, then friction by each stage."""
     first = dataset.isel(law=0)
     return [
         Row("the Coulomb model alone", first["coulomb"].item()),
@@ -146,13 +146,13 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
 
 EXPERIMENT = Experiment(
     name="measured_story",
-    question="what does each likelihood and each law make of one measured record?",
+    question="what do friction and residual of one measured record become with each likelihood and each law?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="verdict",
+    heading="verdict",
     group="measured",
     details=details,
 )

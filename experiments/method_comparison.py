@@ -20,7 +20,7 @@ import xarray as xr
 import friction_bayes as fb
 from experiments.against_emcee import SAMPLED, sampled, verdict_rows
 from experiments.classical import CLASSICAL
-from experiments.closed_forms import METHODS, beside_truth, posterior_beside_truth
+from experiments.closed_forms import METHODS, against_truth, posterior_against_truth
 from experiments.method_tables import detail_lines, summarised, summary_rows
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
@@ -40,7 +40,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "low": ("N", "lower end of the 90 % interval"),
     "high": ("N", "upper end of the 90 % interval"),
     "error": ("1", "(estimate - true friction) / true friction"),
-    "covers": ("1", "whether the 90 % interval holds the true friction"),
+    "covers": ("1", "whether the 90 % interval covers the true friction"),
     "width": ("1", "width of the 90 % interval over the true friction"),
     "elapsed": ("s", "wall time from record to interval"),
     "refused": ("1", "whether the record was refused"),
@@ -103,7 +103,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """All methods on one record; emcee where the cell asks for it."""
+    """All methods on one record; emcee where the cell's ``check`` is set."""
     of_noise, of_sampler = seeds_of(cell, seed)
     base = {
         name: getattr(config, name)
@@ -121,14 +121,14 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         by_label[EMCEE] = partial(_sampled, seed=of_sampler, truth=truth)
     columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
     for label in LABELS:
-        told = _figures(by_label[label], record) if label in by_label else {}
+        found = _figures(by_label[label], record) if label in by_label else {}
         for name, column in columns.items():
-            column.append(told.get(name, math.nan))
+            column.append(found.get(name, math.nan))
     return {**columns}
 
 
 def _figures(method: Callable[[xr.DataArray], dict[str, float]], record: xr.DataArray) -> dict[str, float]:
-    """What one method makes of a record; a refusal where it cannot."""
+    """The figures of one method on a record; a refusal where it cannot estimate."""
     with warnings.catch_warnings():
         # what a method is not sure of shows in its figures here
         warnings.simplefilter("ignore")
@@ -143,19 +143,19 @@ def _figures(method: Callable[[xr.DataArray], dict[str, float]], record: xr.Data
 
 def _closed_form(record: xr.DataArray, *, method: str, peaks: str, truth: float) -> dict[str, float]:
     estimate = fb.estimate(record, PAPER_SYSTEM, method=method, peaks=peaks, random_force="none")
-    return posterior_beside_truth(estimate.friction, truth)
+    return posterior_against_truth(estimate.friction, truth)
 
 
 def _classical(record: xr.DataArray, *, label: str, truth: float) -> dict[str, float]:
     found = CLASSICAL[label](find_free_decay(record, PAPER_SYSTEM))
-    return beside_truth(found.friction, found.sd, *found.interval(0.9), truth)
+    return against_truth(found.friction, found.sd, *found.interval(0.9), truth)
 
 
 def _sampled(record: xr.DataArray, *, seed: int, truth: float) -> dict[str, float]:
     """Draws of the posterior that ``waveform`` approximates: every parameter of the whole signal."""
     found = sampled(fb.estimate(record, PAPER_SYSTEM, random_force="none"), seed=seed)
     names = ("reference_mean", "reference_sd", "reference_low", "reference_high")
-    return found | beside_truth(*(found[name] for name in names), truth)
+    return found | against_truth(*(found[name] for name in names), truth)
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
@@ -171,7 +171,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """A row a condition, and what emcee says of ``waveform``."""
+    """A row a condition, and emcee's results for ``waveform``."""
     verdict = verdict_rows(dataset.sel({"method": [EMCEE]}))
     return summary_rows(dataset) + [replace(row, what="agrees with emcee: waveform") for row in verdict]
 
@@ -184,7 +184,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="normal-gamma, highest",
+    heading="normal-gamma, highest",
     details=detail_lines,
     paired=("condition",),
     common_records=True,

@@ -24,7 +24,7 @@ __all__ = [
 
 OURS, PAPER = "waveform", "normal-gamma, highest"
 BASE = "effect: none"
-"""The condition whose times are told."""
+"""The condition whose times are shown."""
 
 
 def _kept(values: xr.DataArray) -> Array:
@@ -73,7 +73,7 @@ SUMMARY: dict[str, tuple[str, str]] = {
     "rms_error": ("1", "root mean square of the error over records"),
     "rms_error_se": ("1", "its Monte Carlo standard error"),
     "bias": ("1", "mean of the error over records"),
-    "coverage": ("1", "share of 90 % intervals that hold the true friction"),
+    "coverage": ("1", "share of 90 % intervals that cover the true friction"),
     "coverage_se": ("1", "its Monte Carlo standard error"),
     "median_width": ("1", "median width of the 90 % interval over the true friction"),
     "median_elapsed": ("s", "median wall time"),
@@ -149,7 +149,7 @@ def _plain(value: float, form: str) -> str:
 
 
 def summary_rows(dataset: xr.Dataset) -> list[Row]:
-    """Return one row a condition: ``waveform`` beside the paper's method, and the best of the classical ones.
+    """Return one row a condition: ``waveform``, the paper's method, and the best of the classical ones.
 
     Parameters
     ----------

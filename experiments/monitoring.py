@@ -1,4 +1,4 @@
-"""What does monitoring say of machines that wear? Both ways of updating, and the remaining life.
+"""How well does monitoring follow machines that wear? Both ways of updating, and the remaining life.
 
 Synthetic machines wear by laws that the wear model knows (a line, a line with diffusion, with scatter from
 run to run, with both) and laws that it does not (accelerating, one jump, none at all). Each detection point
@@ -30,11 +30,11 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "life_low": ("h", "5 % quantile of the remaining life"),
     "life_median": ("h", "its median"),
     "life_high": ("h", "its 95 % quantile; infinite where that is beyond all time"),
-    "life_covers": ("1", "whether the 90 % interval holds the true remaining life"),
+    "life_covers": ("1", "whether the 90 % interval covers the true remaining life"),
     "life_pit": ("1", "distribution function at the true remaining life, spread over its atoms"),
     "never": ("1", "probability that the threshold is never reached"),
     "forgetting_error": ("1", "(mean of f(r|Tn) - friction of the last record) / friction"),
-    "forgetting_covers": ("1", "whether its 90 % interval holds the friction of the last record"),
+    "forgetting_covers": ("1", "whether its 90 % interval covers the friction of the last record"),
     "plain_error": ("1", "the same where nothing is forgotten"),
     "plain_covers": ("1", "the same where nothing is forgotten"),
     "discount": ("1", "discount chosen by the one-step forecasts"),
@@ -211,13 +211,13 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 
 EXPERIMENT = Experiment(
     name="monitoring",
-    question="what does monitoring say of machines that wear?",
+    question="how well does monitoring follow machines that wear?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="nothing forgotten",
+    heading="nothing forgotten",
 )
 
 if __name__ == "__main__":

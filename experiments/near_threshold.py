@@ -22,7 +22,7 @@ __all__ = ["EXPERIMENT"]
 
 _KINDS = (*KINDS, *MISLEADING)
 _TRUSTED = 0.85
-"""Share of the intervals that have to hold the true friction, of the verdicts that may be trusted."""
+"""Share of the intervals that have to cover the true friction, of the verdicts that may be trusted."""
 _LEAST_OF_A_KIND = 0.8
 """The same below which a kind is named."""
 _MOST_MOVED = 0.5
@@ -80,8 +80,8 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
         "kind": ("record", [str(cell["kind"]) for cell in cells]),
         "replicate": ("record", [int(cell["replicate"]) for cell in cells]),
     }
-    # JSON has no infinity: an estimate without an interval is any number of widths off, and what priors of
-    # another scale do is not told where the posterior would lie elsewhere
+    # JSON has no infinity: an estimate without an interval is any number of widths off, and the
+    # effect of priors of another scale is unknown where the posterior would lie elsewhere
     return xr.Dataset(
         columns
         | {
@@ -100,22 +100,22 @@ def _row(what: str, records: xr.Dataset) -> Row:
     """Of the verdicts that may be trusted."""
     trusted = _trusted(records)
     n = trusted.sizes["record"]
-    told = f"{n} of {records.sizes['record']} trusted"
+    counted = f"{n} of {records.sizes['record']} trusted"
     if n == 0:
-        return Row(what, "none trusted", f">= {_TRUSTED:.0%}", told)
+        return Row(what, "none trusted", f">= {_TRUSTED:.0%}", counted)
     words, counts = np.unique(records["verdict"], return_counts=True)
     verdicts = ", ".join(f"{word} {count}" for word, count in zip(words, counts, strict=True))
-    return _coverage(what, trusted, f"{told} ({verdicts})")
+    return _coverage(what, trusted, f"{counted} ({verdicts})")
 
 
-def _coverage(what: str, records: xr.Dataset, told: str, target: str = f">= {_TRUSTED:.0%}") -> Row:
+def _coverage(what: str, records: xr.Dataset, counted: str, target: str = f">= {_TRUSTED:.0%}") -> Row:
     gross = int(np.sum(records["widths_off"] > 1.0))
     width = 100.0 * float(records["relative_width"].median())
     return Row(
         what,
         f"covers {_share(records['covered'])}",
         target,
-        f"{told}; {gross} a whole width off; median width {width:.2g} %",
+        f"{counted}; {gross} a whole width off; median width {width:.2g} %",
     )
 
 
@@ -125,7 +125,7 @@ def _share(which: xr.DataArray) -> str:
 
 
 def _over_all_kinds(records: xr.Dataset) -> list[Row]:
-    """What was asked of all verdicts that may be trusted together."""
+    """Figures and targets of all verdicts that may be trusted together."""
     trusted = _trusted(records)
     n = f"{trusted.sizes['record']} records"
     covered = {
@@ -148,24 +148,26 @@ def _over_all_kinds(records: xr.Dataset) -> list[Row]:
 
 
 def _moved(records: xr.Dataset, word: str) -> Row:
-    """How far friction hangs on the scale of the priors."""
+    """How far friction depends on the scale of the priors."""
     shift = np.abs(records[f"moved_{word}"])
-    told = shift[np.isfinite(shift)]
+    known = shift[np.isfinite(shift)]
     return Row(
         f"friction moves by less than {_MOST_MOVED:g} sd with priors of effects ten times as {word}",
-        _share(told < _MOST_MOVED),
+        _share(known < _MOST_MOVED),
         "100 %",
-        f"{told.size} records, largest {float(told.max()):.2g} sd; not told in {shift.size - told.size}",
+        f"{known.size} records, largest {float(known.max()):.2g} sd; unknown in {shift.size - known.size}",
     )
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """Of the verdicts other than ``unexplained``, how many intervals hold the true friction, by kind."""
+    """Of the verdicts other than ``unexplained``, how many intervals cover the true friction, by kind."""
     table = [_row(kind, dataset.isel(record=(dataset["kind"] == kind).values)) for kind in _KINDS]
     seconds = float(dataset["elapsed"].median())
-    denied = dataset.isel(record=(dataset["verdict"] == "unexplained").values)
-    if denied.sizes["record"]:
-        table.append(_coverage("unexplained, as reported", denied, f"{denied.sizes['record']} records"))
+    unexplained = dataset.isel(record=(dataset["verdict"] == "unexplained").values)
+    if unexplained.sizes["record"]:
+        table.append(
+            _coverage("unexplained, as reported", unexplained, f"{unexplained.sizes['record']} records")
+        )
     return [*table, *_over_all_kinds(dataset), Row("time a record", f"{seconds:.2g} s", "", "median")]
 
 
@@ -177,7 +179,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="target",
+    heading="target",
     group="blind",
 )
 

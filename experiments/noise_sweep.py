@@ -1,4 +1,4 @@
-"""How do the closed forms stand noise? The numerical example of section 3 at many signal-to-noise ratios."""
+"""How robust are the closed forms to noise? The example of section 3 at many signal-to-noise ratios."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.against_emcee import verdict_rows, word
-from experiments.beside_paper import band, compared, detail_rows
+from experiments.against_paper import band, compared, detail_rows
 from experiments.closed_forms import METHODS, measure
 from experiments.cramer_rao import bound_row, paper_decay
 from experiments.joint_evidence import together
@@ -109,14 +109,14 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row]:
-    """Size of the error by every method that estimates friction, beside the paper's."""
+    """Size of the error by every method that estimates friction, and the paper's."""
     rows = []
     for method in at_level["method"].values.tolist():
         mine = at_level.sel({"method": method})
-        told = word(mine)
+        checked = word(mine)
         what = f"{name}: |error|, {method}"
         if method.startswith("normal-gamma"):
-            row = compared(what, abs(mine["error"]), paper_error, unit="%", factor=100.0, sampler=told)
+            row = compared(what, abs(mine["error"]), paper_error, unit="%", factor=100.0, sampler=checked)
             closer = int((100.0 * abs(mine["error"]) <= paper_error).sum())
             rows.append(
                 replace(
@@ -125,18 +125,18 @@ def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row
             )
         else:
             ours = f"{band(abs(mine['error']), factor=100.0)} %"
-            rows.append(Row(what, ours, f"{paper_error:g} %", "not the paper's method", told))
+            rows.append(Row(what, ours, f"{paper_error:g} %", "not the paper's method", checked))
     return rows
 
 
 def _shown_record_rows(at_level: xr.Dataset, name: str) -> list[Row]:
-    """What section 3 tells of the one record it shows."""
+    """What section 3 states about the one record it shows."""
     rows = []
     methods = at_level["method"].values.tolist()
     for method in (label for label in methods if label.startswith("normal-gamma")):
         mine = at_level.sel({"method": method})
-        what, told = f"{name}: friction, {method}", word(mine)
-        rows.append(compared(what, mine["friction"], PAPER_FRICTION, unit="N", sampler=told))
+        what, checked = f"{name}: friction, {method}", word(mine)
+        rows.append(compared(what, mine["friction"], PAPER_FRICTION, unit="N", sampler=checked))
         rows.append(
             compared(f"{name}: precision, {method}", mine["precision"], PAPER_PRECISION, unit="1/N^2")
         )
@@ -219,7 +219,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 
 EXPERIMENT = Experiment(
     name="noise_sweep",
-    question="how do the closed forms stand noise?",
+    question="how robust are the closed forms to noise?",
     config=Config(),
     cells=cells,
     run=run,

@@ -1,4 +1,4 @@
-"""What does ``estimate`` say by default of the recordings an ordinary laboratory makes?
+"""How does ``estimate`` do by default on the recordings an ordinary laboratory makes?
 
 Records of filters, conversions, fluctuating friction, hands and drives, by a simulator that shares no code
 with the package; see :mod:`experiments.ordinary`. :func:`score` prints the table of chosen rows on seeds of
@@ -33,7 +33,7 @@ _MOST_OFF = 0.1
 """Share of records with the truth a whole interval off, above which a row is named."""
 _FACTS = {
     "gain": ("1", "by what the way from sensor to file multiplies the motion"),
-    "sensor": ("1", "0 displacement, 1 velocity, 2 acceleration, as it stands in the file"),
+    "sensor": ("1", "0 displacement, 1 velocity, 2 acceleration, as it is in the file"),
     "half_cycles": ("1", "recorded"),
     "per_period": ("1", "samples a period"),
     "noise_over_signal": ("1", "standard deviations"),
@@ -80,13 +80,13 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The default of each row beside no random force, and which estimator is nearest to the truth."""
+    """Each row by default and without a random force, and which estimator is nearest to the truth."""
     names = dataset["row"].values.tolist()
     return [*(_row(name, dataset.sel(row=name)) for name in names), *_over_all_rows(dataset)]
 
 
 def _over_all_rows(dataset: xr.Dataset) -> list[Row]:
-    """How often each answer is whole intervals off, and in which rows the default is."""
+    """How often each estimate is whole intervals off, and in which rows the default is."""
     off = dataset["off"].mean("replicate")
     default, without = (percent_of(dataset["off"].sel(estimator=label)) for label in _COMPARED)
     worst = off.sel(estimator="default")
@@ -186,14 +186,14 @@ def _lines_by_sensor(name: str, records: xr.Dataset) -> list[Mapping[str, str]]:
 
 EXPERIMENT = Experiment(
     name="ordinary_records",
-    question="what does estimate say by default of the recordings an ordinary laboratory makes?",
+    question="how does estimate do by default on the recordings an ordinary laboratory makes?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
     details=details,
-    beside="no random force",
+    heading="no random force",
     group="own",
 )
 

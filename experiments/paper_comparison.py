@@ -1,4 +1,4 @@
-"""Every number of the paper beside ours: ``results/paper_comparison.json`` and a page of the documentation.
+"""Every number of the paper and ours: ``results/paper_comparison.json`` and a page of the documentation.
 
 ``python -m experiments.paper_comparison [--results DIR] [--docs FILE]`` collects what the experiments found;
 it computes no estimate. ``python -m experiments`` does the same at its end.
@@ -30,11 +30,11 @@ OF_SAMPLER = {
     "precision": ("reference_precision", 1.0),
     "noise_sd": ("reference_precision", -0.5),
 }
-"""What emcee's draws say of a variable of the closed form, and the power that makes it that variable."""
+"""By variable of the closed form: emcee's, and the power that makes it that variable."""
 
 
 def needed_results() -> tuple[str, ...]:
-    """Names of the experiments that the table asks."""
+    """Names of the experiments that the table reads."""
     numbers = paper_numbers().values()
     return tuple(sorted({number.ours["experiment"] for number in numbers if number.ours is not None}))
 
@@ -52,7 +52,7 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     dict
         ``rows``: of each number ``id``, ``place``, ``text``, ``kind``, ``restates``, ``scales_with``,
         ``paper``, ``unit`` and ``note``, and ``ours``, empty for an input that is taken over; by reading of
-        "peak" (one without a name where none is asked) it has ``median``, ``low``, ``high``, the Monte Carlo
+        "peak" (one without a name where none applies) it has ``median``, ``low``, ``high``, the Monte Carlo
         errors of the last two, ``records``, ``verdict``, ``smaller_error`` (whether it is out for being an
         error smaller than ours) and ``emcee``.
 
@@ -174,7 +174,7 @@ def _share(values: Array, whole: float) -> dict[str, Any]:
 
 
 def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
-    """What the sampler found on the records that were checked, beside the closed form there."""
+    """What the sampler found on the records that were checked, and the closed form there."""
     name, power = OF_SAMPLER.get(ours["variable"], ("", 1.0))
     if name not in mine:
         return None
@@ -193,7 +193,7 @@ def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
 
 
 def write_comparison(results: Path, docs: Path | None = None) -> Path:
-    """Write ``paper_comparison.json`` into ``results`` and, where asked, the page; return the former."""
+    """Write ``paper_comparison.json`` into ``results`` and, with ``docs``, the page; return the former."""
     comparison = compare_with_paper(results)
     target = results / f"{NAME}.json"
     command = f"python -m experiments.{NAME}"

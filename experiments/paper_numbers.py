@@ -33,7 +33,7 @@ class PaperNumber:
     place : str
         Table, figure or section.
     text : str
-        The paper's words that it stands in; empty for a cell of a table.
+        The paper's sentence that contains it; empty for a cell of a table.
     kind : {"result", "input", "criterion"}
         Computed by the paper's procedure from its data; what the data are; what the paper judges by.
     restates : str
@@ -76,12 +76,12 @@ def paper_numbers() -> Mapping[str, PaperNumber]:
     Raises
     ------
     ValueError
-        If an id stands twice or an entry has an unknown key.
+        If an id occurs twice or an entry has an unknown key.
     """
     found: dict[str, PaperNumber] = {}
     for entry in tomllib.loads(TABLE.read_text(encoding="utf-8"))["number"]:
         if entry["id"] in found:
-            raise ValueError(f"{TABLE.name}: {entry['id']} stands twice")
+            raise ValueError(f"{TABLE.name}: {entry['id']} occurs twice")
         found[entry["id"]] = PaperNumber(**entry)
     return MappingProxyType(found)
 

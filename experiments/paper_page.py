@@ -1,4 +1,4 @@
-"""The page of the documentation with every number of the paper beside ours."""
+"""The page of the documentation with every number of the paper and ours."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ CHOSEN, OTHER = "normal-gamma, highest", "normal-gamma, nominal"
 
 VERDICTS = ("in", "out", "undecided")
 BAND = 0.9
-"""Share of our records that a band holds."""
+"""Share of our records within a band."""
 
-HEAD = """# The paper's numbers beside ours
+HEAD = """# The paper's numbers and ours
 
 Written by `python -m experiments --from-archive --docs docs` from `archive/`; do not edit. The story is in
 [paper.md](paper.md).
 
 **How it is judged.** The paper does not say how it picks a peak. One reading is judged by, *the highest
-sample of each period*: that is what "peak" says of a sampled signal, and this package's default. It was
+sample of each period*: that is what "peak" means in a sampled signal, and this package's default. It was
 chosen after numbers of both readings had been seen; the other, *the sample where the peak is due*
-(nominal), stands beside it. *Ours* is the median over the records of synthetic data, with the band that
-holds 90 % of them and the Monte Carlo error of its edges. The verdict is `in` or `out` of that band, and
+(nominal), is next to it. *Ours* is the median over the records of synthetic data, with the band that
+contains 90 % of them and the Monte Carlo error of its edges. The verdict is `in` or `out` of that band, and
 `undecided` where an edge is nearer to the paper's number than the edge's own error. The band is two-sided
 for errors too, so that one much smaller than ours is `out`: a one-sided rule would call it `in`. A number
 that restates another (the error of a friction that is printed too, the same number again) is judged but
@@ -70,7 +70,7 @@ def smaller_errors(rows: Sequence[Mapping[str, Any]], reading: str) -> list[str]
 
 
 def _of(row: Mapping[str, Any], reading: str) -> Mapping[str, Any]:
-    """What a row says by a reading, or its only one."""
+    """Our result of a row by a reading, or its only one."""
     ours: Mapping[str, Mapping[str, Any]] = row["ours"]
     return ours[reading] if reading in ours else next(iter(ours.values()))
 
@@ -106,7 +106,7 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         "## What goes into our data\n",
         "What the paper's data are: put into the simulation, what we chose something for, or what follows "
         "from that (every signal-to-noise ratio). That the data give them back checks our simulation and "
-        "says nothing of the paper.\n",
+        "is no check of the paper.\n",
         _inputs_table(inputs),
         "## What the paper judges by\n",
         _criteria_table(criteria),

@@ -1,6 +1,6 @@
-"""The page on the paper's claims, its numbers quoted from the tables that stand in the documentation.
+"""The page on the paper's claims, its numbers quoted from the tables of the documentation.
 
-``python -m experiments.paper_story [--docs DIR]`` fills the words of ``paper.md`` beside this module. What is
+``python -m experiments.paper_story [--docs DIR]`` fills the words of ``paper.md`` in this folder. What is
 quoted is the text of a table's cell, so that page and tables cannot differ.
 """
 
@@ -73,7 +73,7 @@ PARTS: Mapping[str, Callable[[str], str]] = {
     # of "RMS error, coverage, width", and of a remark that begins "RMS 8 %;"
     "RMS": lambda cell: re.sub(r"^(error.*, )?RMS ", "", re.split(r"; |, covers", cell)[0]),
     "error": lambda cell: re.sub(r"^error ", "", cell.split(", RMS")[0]),
-    "covers": lambda cell: re.split(r"covers |holds the truth in ", cell)[1].split(";")[0].split(",")[0],
+    "covers": lambda cell: re.split(r"covers |contains the truth in ", cell)[1].split(";")[0].split(",")[0],
     "accepted": lambda cell: re.findall(r"accepted ([^()]+) \(", cell)[0],
     # of a count of priors, those that hold
     "held": lambda cell: re.sub(r" \(\+\d+\)", "", cell),
@@ -107,10 +107,10 @@ def _tables(docs: Path) -> dict[str, list[dict[str, str]]]:
 
 
 def _quoted(quotation: str, tables: Mapping[str, Sequence[Mapping[str, str]]]) -> str:
-    name, _, asked = quotation.partition(": ")
+    name, _, place = quotation.partition(": ")
     if name == "paper":
-        return f"{printed(asked):g}"
-    row, *rest = asked.split(" > ")
+        return f"{printed(place):g}"
+    row, *rest = place.split(" > ")
     column, part = (*rest, *("ours", "")[len(rest) :])
     picked = [each for each in tables.get(name, ()) if column in each and _is(each, row)]
     if len(picked) != 1:
@@ -118,10 +118,10 @@ def _quoted(quotation: str, tables: Mapping[str, Sequence[Mapping[str, str]]]) -
     return PARTS[part](picked[0][column])
 
 
-def _is(row: Mapping[str, str], asked: str) -> bool:
-    if next(iter(row.values())) == asked:
+def _is(row: Mapping[str, str], wanted: str) -> bool:
+    if next(iter(row.values())) == wanted:
         return True
-    pairs = [pair.partition("=") for pair in asked.split("; ")]
+    pairs = [pair.partition("=") for pair in wanted.split("; ")]
     return all(mark and row.get(column) == cell for column, mark, cell in pairs)
 
 

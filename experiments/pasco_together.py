@@ -83,8 +83,8 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 
 def _coefficients(report: fb.LoopReport, name: str) -> dict[str, tuple[float, float]]:
     """Posterior mean and sd of each parameter of an effect; none where it is not in the final law."""
-    told = next((effect["parameters"] for effect in report.effects if effect["name"] == name), {})
-    return {parameter: (summary["mean"], summary["sd"]) for parameter, summary in told.items()}
+    found = next((effect["parameters"] for effect in report.effects if effect["name"] == name), {})
+    return {parameter: (summary["mean"], summary["sd"]) for parameter, summary in found.items()}
 
 
 def _pull(report: fb.LoopReport) -> dict[str, list[float]]:
@@ -122,27 +122,27 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 def rows(dataset: xr.Dataset) -> list[Row]:
     """Damping with and without the magnet, and how far the frictions are apart."""
     table = [_damping(dataset.sel(kind=kind), words, kind == "magnet") for kind, words in KINDS.items()]
-    without, beside = (dataset.sel(kind=kind) for kind in KINDS)
-    apart = float(beside["friction"] - without["friction"])
-    sds = abs(apart) / math.hypot(float(beside["friction_sd"]), float(without["friction_sd"]))
-    told = Row(
+    without, magnet = (dataset.sel(kind=kind) for kind in KINDS)
+    apart = float(magnet["friction"] - without["friction"])
+    sds = abs(apart) / math.hypot(float(magnet["friction_sd"]), float(without["friction_sd"]))
+    difference = Row(
         "friction with the magnet less without",
-        f"{apart:+.2g} {beside['unit'].item()}, {sds:.1f} sd",
+        f"{apart:+.2g} {magnet['unit'].item()}, {sds:.1f} sd",
         f"<= {MOST_SD:g} sd",
         "reached" if sds <= MOST_SD else "missed",
     )
-    return [*table, told, _the_same_force(without, beside)]
+    return [*table, difference, _the_same_force(without, magnet)]
 
 
-def _the_same_force(without: xr.Dataset, beside: xr.Dataset) -> Row:
+def _the_same_force(without: xr.Dataset, magnet: xr.Dataset) -> Row:
     """Whether the force that repeats with every turn, found on either kind alone, is one and the same."""
-    found = [json.loads(case["position_force"].item()) for case in (without, beside)]
+    found = [json.loads(case["position_force"].item()) for case in (without, magnet)]
     what = "position force with the magnet against without, coefficient by coefficient"
     if not all(found):
         return Row(what, "not in both laws", "", "")
     # a series may be cut short: the terms that either kind lacks have no sd
-    names = [name for name in found[0] if all(told[name][1] > 0.0 for told in found)]
-    (a, a_sd), (b, b_sd) = (np.array([told[name] for name in names]).T for told in found)
+    names = [name for name in found[0] if all(terms[name][1] > 0.0 for terms in found)]
+    (a, a_sd), (b, b_sd) = (np.array([terms[name] for name in names]).T for terms in found)
     differs = np.mean((b - a) ** 2 / (a_sd**2 + b_sd**2))
     itself = 0.5 * np.mean((a / a_sd) ** 2 + (b / b_sd) ** 2)
     return Row(
@@ -200,7 +200,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="target",
+    heading="target",
     group="measured",
     details=details,
 )

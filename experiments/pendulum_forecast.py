@@ -159,11 +159,11 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     """Identify one law on the first segments and forecast the last."""
     read = {part: fb.dataset_record(f"{SET}/{part}") for part in (*config.identification, *config.validation)}
     system = read[config.identification[0]][1]
-    told: dict[str, Any] = dict.fromkeys(("effects", "parameters", "verdict", "failed", "rival"), "")
-    told["residual"] = None
+    fields: dict[str, Any] = dict.fromkeys(("effects", "parameters", "verdict", "failed", "rival"), "")
+    fields["residual"] = None
     if cell["law"] == PUBLISHED:
         law = published(system)
-        told["effects"] = "viscous damping"
+        fields["effects"] = "viscous damping"
     else:
         allowed = ALLOWED[cell["law"]]
         choice: dict[str, Any] = {"effects": allowed} if allowed else {"exclude": BOUND_TO_A_RECORD}
@@ -176,22 +176,22 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         )
         law = identified(report, system)
         after = report.residual["after"]
-        told |= {
+        fields |= {
             "effects": set_words(report.candidates[0]["effects"]),
             "verdict": report.verdict,
             "rival": _rival(report.candidates),
             "failed": ", ".join(after["failed"]),
             "residual": after["rms"],
         }
-    told["parameters"] = _parameters(law)
+    fields["parameters"] = _parameters(law)
     for part in config.validation:
         record = read[part][0]
         predicted, first = forecast(law, record)
         error = record.values - predicted
-        told[f"{part}.rms"] = float(np.sqrt(np.mean(error[first:] ** 2)))
+        fields[f"{part}.rms"] = float(np.sqrt(np.mean(error[first:] ** 2)))
         stride = math.ceil(error.size / config.points)
-        told[f"{part}.error"] = error[::stride].tolist()
-    return told
+        fields[f"{part}.error"] = error[::stride].tolist()
+    return fields
 
 
 def _rival(candidates: Sequence[Mapping[str, Any]]) -> str:
@@ -203,12 +203,12 @@ def _rival(candidates: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _parameters(law: Law) -> str:
-    told = [f"friction {number(law.friction, 4)} N m"]
-    told += [
+    parts = [f"friction {number(law.friction, 4)} N m"]
+    parts += [
         f"{name.split('.')[1].replace('_', ' ')} {number(value, 3)}" for name, value in law.effects.items()
     ]
-    told.append(f"w0 {law.system.natural_frequency:.4f} rad/s")
-    return "; ".join(told)
+    parts.append(f"w0 {law.system.natural_frequency:.4f} rad/s")
+    return "; ".join(parts)
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
@@ -234,7 +234,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """RMS angle error of each law beside the published one's, treated the same way."""
+    """RMS angle error of each law and of the published one, treated the same way."""
     target = ", ".join(f"<= {value:g}" for value in TARGETS.values())
     table = []
     for k in range(dataset.sizes["case"]):
@@ -278,7 +278,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="over the published",
+    heading="over the published",
     group="measured",
     details=details,
 )

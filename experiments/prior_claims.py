@@ -139,7 +139,7 @@ def _area(after: After, score: xr.DataArray) -> Array:
 
 
 def _placed(what: str, number: str, condition: str, variable: str, factor: float = 1.0) -> Claim:
-    """A number of the paper beside the band of ours."""
+    """Whether a number of the paper lies in the band of ours."""
 
     def values(after: After) -> xr.DataArray:
         return factor * after.of(abs(getattr(after, variable)), condition)

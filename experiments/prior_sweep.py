@@ -1,4 +1,4 @@
-"""Which of the paper's claims hang on its prior? Every claim of section 3 and Table 2 under many priors.
+"""Which of the paper's claims depend on its prior? Every claim of section 3 and Table 2 under many priors.
 
 The paper shows its priors as pictures. Here the friction samples of each record are taken once, and every
 prior updates the same samples.
@@ -103,14 +103,14 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     found, priors = collect(config.rig, of_noise), _priors(config)
     statistics = [one.statistics() for one in found.values()]
     columns = {name: [value for one in statistics for value in one[name]] for name in VARIABLES}
-    told = {"condition": list(found), "priors": priors, **columns}
+    computed = {"condition": list(found), "priors": priors, **columns}
     if not cell["check"]:
-        return told
+        return computed
     named, grid = priors[: len(NAMED)], priors[len(NAMED) :]
     own = range(cell["replicate"], len(grid), config.checked)
     checks = [(prior, found[name]) for prior in named for name in IN_TABLES]
     checks_of_grid = [(prior, found[ALL] if i in own else None) for i, prior in enumerate(grid)]
-    return told | _sampled(checks, of_sampler) | _of_grid(_sampled(checks_of_grid, of_sampler))
+    return computed | _sampled(checks, of_sampler) | _of_grid(_sampled(checks_of_grid, of_sampler))
 
 
 def _sampled(checks: Sequence[tuple[Sequence[float], Samples | None]], seed: int) -> dict[str, list[float]]:
@@ -119,9 +119,9 @@ def _sampled(checks: Sequence[tuple[Sequence[float], Samples | None]], seed: int
     for prior, record in checks:
         for k in range(len(PEAKS)):
             samples = np.empty(0) if record is None else record.by_peaks[k]
-            told = sampled_pair(NormalGamma(*prior), samples, seed=seed) if samples.size else {}
+            found = sampled_pair(NormalGamma(*prior), samples, seed=seed) if samples.size else {}
             for name, column in columns.items():
-                column.append(told.get(name, math.nan))
+                column.append(found.get(name, math.nan))
     return columns
 
 
@@ -187,7 +187,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def _checks(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """What emcee says: over checked, named, in_tables, peaks, and over checked, grid, peaks."""
+    """Results of emcee: over checked, named, in_tables, peaks, and over checked, grid, peaks."""
     pairs = [(cell, result) for cell, result in zip(cells, results, strict=True) if cell["check"]]
     if not pairs:
         return xr.Dataset()
@@ -240,7 +240,7 @@ def least_mass(noise: float, counts: tuple[float, float], means: tuple[float, fl
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """Under how many priors of the grid each claim holds; convergence; the prior that set 2 asks for.
+    """Under how many priors of the grid each claim holds; convergence; the prior that set 2 requires.
 
     "The precision parameter decreases" on the reduced set, section 4, where it is higher than on the full
     one (11.6 to 32.2): most likely from prior to posterior, so that the prior mean, which both share, was
@@ -281,15 +281,15 @@ def _pull_rows(dataset: xr.Dataset) -> list[Row]:
     """Friction samples from which on the RMS error of the friction stays within 10 %."""
     table = []
     for weight in dataset["friction_weight"].values.tolist():
-        told = []
+        counts = []
         for peaks in PEAKS:
             far = (dataset["growing_rms"].sel(friction_weight=weight, peaks=peaks) > GOOD).values
             first = int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
-            told.append(f"{dataset['samples'].values[first]}" if first < far.size else "never")
+            counts.append(f"{dataset['samples'].values[first]}" if first < far.size else "never")
         table.append(
             Row(
                 f"prior friction {FAR:g} N worth {weight:g} samples: friction samples until within 10 %",
-                " / ".join(told),
+                " / ".join(counts),
                 "a too wide or narrow prior: very slow",
                 "RMS error of the friction",
             )
@@ -346,18 +346,18 @@ def details(dataset: xr.Dataset) -> list[Mapping[str, str]]:
 def _told(mine: xr.Dataset) -> str:
     """Value, error and verdict by highest and by nominal peaks."""
     words = {1.0: "yes", -1.0: "**no**", 0.0: "open"}
-    told = []
+    shown = []
     for peaks in PEAKS:
         one = mine.sel(peaks=peaks)
         value, error = float(one["value"]), float(one["monte_carlo_error"])
         figure = "< 0.001" if max(abs(value), error) < 1e-3 else with_error(value, error)
-        told.append(f"{figure} {words.get(float(one['verdict']), '')}".strip())
-    return " / ".join(told)
+        shown.append(f"{figure} {words.get(float(one['verdict']), '')}".strip())
+    return " / ".join(shown)
 
 
 EXPERIMENT = Experiment(
     name="prior_sweep",
-    question="which of the paper's claims hang on its prior?",
+    question="which of the paper's claims depend on its prior?",
     config=Config(),
     cells=cells,
     run=run,

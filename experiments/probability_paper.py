@@ -12,7 +12,7 @@ import xarray as xr
 from scipy import stats
 
 import friction_bayes as fb
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.method_tables import with_error
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
@@ -59,14 +59,14 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         found["lag1"].append(float(centred[1:] @ centred[:-1] / (centred @ centred)))
         standard_error = samples.std(ddof=1) / np.sqrt(samples.size)
         found["spread_of_mean"].append((samples.mean() - printed("example-friction")) / standard_error)
-        # order statistics of another number of samples stand at other quantiles
+        # order statistics of another number of samples have other quantiles
         whole = samples.size == config.drawn
         found["samples"] += np.sort(samples).tolist() if whole else [math.nan] * config.drawn
     return {"peaks": list(config.peaks), **found}
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """Dimensions replicate, peaks; ``samples`` sorted along ``rank``, beside the normal quantile of each.
+    """Dimensions replicate, peaks; ``samples`` sorted along ``rank``, with the normal quantile of each.
 
     A record that gives another number of samples than are drawn has none of them there.
     """

@@ -1,7 +1,7 @@
 """What does a force that fluctuates do to the paper's estimator, its precision criterion and its intervals?
 
-An Ornstein-Uhlenbeck force beside dry friction, as measured decays show it, on the example of section 3; and
-the friction of the testbed, which varies and departs from Coulomb's law in the bursts of Fig. 6.
+An Ornstein-Uhlenbeck force added to dry friction, as measured decays show it, on the example of section 3;
+and the friction of the testbed, which varies and departs from Coulomb's law in the bursts of Fig. 6.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import xarray as xr
 import friction_bayes as fb
 from experiments.against_emcee import CHECKED, SAMPLED, sampled, three_columns, verdict_rows, word
 from experiments.blind.ornstein_uhlenbeck import ornstein_uhlenbeck
-from experiments.closed_forms import BESIDE_TRUTH, posterior_beside_truth
+from experiments.closed_forms import AGAINST_TRUTH, posterior_against_truth
 from experiments.method_tables import share_error, size_of_error, with_error
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS
@@ -41,9 +41,9 @@ METHODS: dict[str, dict[str, str]] = {
 }
 """Options of the estimate by the label of the tables."""
 
-VARIABLES = BESIDE_TRUTH | {
+VARIABLES = AGAINST_TRUTH | {
     "precision": ("1/N^2", "posterior mean of the precision; of normal-gamma"),
-    "accepted": ("1", "accepted beside a set-up record without the force; of normal-gamma"),
+    "accepted": ("1", "accepted relative to a set-up record without the force; of normal-gamma"),
     "probability": ("1", "probability of a random force; of waveform with one"),
     "force_sd": ("1", "its standard deviation over the friction, given that there is one"),
     **SAMPLED,
@@ -182,7 +182,7 @@ def _figures(
             estimate = fb.estimate(record, system, setup=set_up if of_paper else None, **options)
         except fb.InputError:
             return {}
-    found = posterior_beside_truth(estimate.friction, truth)
+    found = posterior_against_truth(estimate.friction, truth)
     if seed is not None:
         found |= sampled(estimate, seed=seed)
     if of_paper:
@@ -211,7 +211,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The whole-signal fit with a random force beside the paper's procedure; the criterion, and the force."""
+    """The whole-signal fit with a random force, and the paper's procedure; the criterion, and the force."""
     table = [_row(dataset.sel(condition=name), name) for name in dataset["condition"].values.tolist()]
     return table + verdict_rows(dataset)
 
@@ -245,7 +245,7 @@ def _percent(pair: tuple[float, float]) -> str:
 
 
 def details(dataset: xr.Dataset) -> list[Mapping[str, str]]:
-    """RMS error, coverage and width by every method, and what emcee says of all four."""
+    """RMS error, coverage and width by every method, and emcee's results for all four."""
     return [
         {"condition": name}
         | {method: _figures_of(dataset.sel(condition=name).sel({"method": method})) for method in METHODS}
@@ -263,7 +263,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     details=details,
-    beside="normal-gamma, highest",
+    heading="normal-gamma, highest",
     paired=("condition", "noise", "size", "time"),
     common_records=True,
 )

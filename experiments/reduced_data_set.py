@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.against_emcee import verdict_rows, word
-from experiments.beside_paper import band, compared, detail_rows
+from experiments.against_paper import band, compared, detail_rows
 from experiments.closed_forms import measure
 from experiments.paper_numbers import printed
 from experiments.rig import Rig, run_rig, system_of, true_friction
@@ -86,7 +86,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def paper_rows(at_level: xr.Dataset, name: str, friction: float, precision: float) -> list[Row]:
-    """Friction by every method that estimates it, and the precision parameter, beside the paper's.
+    """Friction by every method that estimates it, and the precision parameter, with the paper's.
 
     Parameters
     ----------
@@ -100,14 +100,14 @@ def paper_rows(at_level: xr.Dataset, name: str, friction: float, precision: floa
     rows = []
     for method in at_level["method"].values.tolist():
         mine = at_level.sel({"method": method})
-        told = word(mine)
+        checked = word(mine)
         what = f"{name}: friction, {method}"
         if method.startswith("normal-gamma"):
-            rows.append(compared(what, mine["friction"], friction, unit="N", digits=4, sampler=told))
+            rows.append(compared(what, mine["friction"], friction, unit="N", digits=4, sampler=checked))
             rows.append(compared(f"{name}: precision, {method}", mine["precision"], precision, unit="1/N^2"))
         elif method != "gamma-exponential":
             ours = f"{band(mine['friction'], digits=4)} N"
-            rows.append(Row(what, ours, f"{friction:g} N", "not the paper's method", told))
+            rows.append(Row(what, ours, f"{friction:g} N", "not the paper's method", checked))
     return rows
 
 

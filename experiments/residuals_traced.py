@@ -13,7 +13,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.against_emcee import CHECKED, SAMPLED, sampled, sampled_pair, verdict_rows, word
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import last_begins, last_part
 from experiments.rig import Rig, run_rig, system_of, true_friction
@@ -44,7 +44,7 @@ VARIABLES = {
     "error": ("1", "(posterior mean - mean friction of the run) / mean friction of the run"),
     "sd": ("1", "posterior standard deviation over the friction"),
     "width": ("1", "width of the 90 % interval over the friction"),
-    "covers": ("1", "whether the 90 % interval holds the mean friction of the run"),
+    "covers": ("1", "whether the 90 % interval covers the mean friction of the run"),
     **SAMPLED,
 }
 PAPER_ERRORS = {
@@ -194,8 +194,8 @@ def _row(mine: xr.Dataset, name: str, stated: float) -> Row:
         f"{band(mine['error'], factor=100.0)} %",
         f"-{stated:g} %",
         f"RMS {_rms(mine['error']):.3g} %; 90 % interval {100.0 * float(mine['width'].median()):.3g} % wide, "
-        f"holds the truth in {int(mine['covers'].sum())} of {error.size}; its sd is {too_wide:.2g} times the "
-        "RMS error",
+        f"contains the truth in {int(mine['covers'].sum())} of {error.size}; its sd is {too_wide:.2g} times "
+        "the RMS error",
         word(mine),
     )
 

@@ -94,7 +94,7 @@ class Rig:
 
 
 def system_of(rig: Rig) -> Oscillator:
-    """The declared system: what a set-up phase on a long record would tell."""
+    """The declared system: what a set-up phase on a long record would give."""
     return Oscillator(mass=rig.mass, stiffness=rig.mass * (2.0 * math.pi * rig.natural_frequency) ** 2)
 
 
@@ -120,7 +120,7 @@ def run_rig(rig: Rig, friction: float, *, seed: int, damping_ratio: float = 0.0)
     seed : int
         Of friction and sensors.
     damping_ratio : float
-        Of viscous damping beside the friction, which the paper calls extremely small.
+        Of viscous damping in addition to the friction, which the paper calls extremely small.
 
     Returns
     -------

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.beside_paper import compared
+from experiments.against_paper import compared
 from experiments.paper_numbers import printed
 from experiments.rig import Rig, measured_reference, plateaus, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
@@ -105,7 +105,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """What the paper says of its sensors."""
+    """The paper's statements about its sensors, and ours."""
     table = []
     for name, friction in FRICTIONS.items():
         mine = dataset.sel(data_set=name)

@@ -1,8 +1,8 @@
 """Run an experiment: spread its cells over workers, resume what was interrupted, save, tabulate.
 
 A cell is a pure function of its settings and its own seed: lost ones are redone with the same bits.
-Cells wait as small files beside the result until all are there; then they become one dataset, a manifest
-and a page of tables. The name of such a file holds the digest of the sources that computed it, so that cells
+Cells wait as small files next to the result until all are there; then they become one dataset, a manifest
+and a page of tables. The name of such a file has the digest of the sources that computed it, so that cells
 of two versions of the code never meet in one dataset.
 """
 
@@ -69,8 +69,8 @@ class Experiment:
         Gathers the cells into one dataset with named dimensions.
     rows : callable, Dataset -> sequence of Row
         The closing table.
-    beside : str
-        Heading of the column that ours stands beside.
+    heading : str
+        Of the column that ours is compared with.
     group : {"paper", "blind", "measured", "own"}
         What it belongs to: the paper and its pages, sealed synthetic records, measured ones, which must be at
         hand, or checks of this package's own methods.
@@ -78,8 +78,8 @@ class Experiment:
         Coordinates that a cell's seed does not depend on: cells that differ in these alone see the
         same noise. Which cells go through emcee never counts.
     common_records : bool
-        Whether its records are those of every other experiment that says so: a cell's seed then follows from
-        the root seed and the cell alone, so that one condition has one answer wherever it is asked.
+        Whether its records are shared by all experiments with this flag: a cell's seed then follows from
+        the root seed and the cell alone, so that one condition gives one result in every experiment.
     details : callable, Dataset -> sequence of mappings, optional
         A second table, for ``results/NAME.md``: text by column heading, the same columns in every line.
     """
@@ -91,7 +91,7 @@ class Experiment:
     run: Callable[[Any, Cell, np.random.SeedSequence], dict[str, Any]]
     assemble: Callable[[Sequence[Cell], Sequence[dict[str, Any]]], xr.Dataset]
     rows: Callable[[xr.Dataset], Sequence[Row]]
-    beside: str = "paper"
+    heading: str = "paper"
     group: str = "paper"
     paired: tuple[str, ...] = ()
     common_records: bool = False
@@ -218,7 +218,7 @@ def tables(experiment: Experiment, dataset: xr.Dataset) -> tuple[list[Row], str]
     """
     rows = list(experiment.rows(dataset))
     details = [] if experiment.details is None else list(experiment.details(dataset))
-    return rows, f"{what_was_checked(dataset)}\n\n{page(rows, details, beside=experiment.beside)}"
+    return rows, f"{what_was_checked(dataset)}\n\n{page(rows, details, heading=experiment.heading)}"
 
 
 def run_experiment(
@@ -284,13 +284,15 @@ def run_experiment(
         "sources": sources_digest(experiment.name),
         "commit": commit(),
         "group": experiment.group,
-        "beside": experiment.beside,
+        "beside": experiment.heading,
         "table": [asdict(row) for row in rows],
     }
     write_whole(target.with_suffix(".json"), lambda path: write_json(path, record))
     shutil.rmtree(waiting)
     console = Console()
-    console.print(closing_table(f"{experiment.name}: {experiment.question}", rows, beside=experiment.beside))
+    console.print(
+        closing_table(f"{experiment.name}: {experiment.question}", rows, heading=experiment.heading)
+    )
     console.print(what_was_checked(dataset))
     console.print(f"{seconds:.0f} s; all in {target}, tables in {target.with_suffix('.md')}")
     return dataset

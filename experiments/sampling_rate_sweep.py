@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.against_emcee import verdict_rows
-from experiments.beside_paper import detail_rows
+from experiments.against_paper import detail_rows
 from experiments.closed_forms import measure
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part, paper_rows

@@ -108,7 +108,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The last point and the remaining life, beside the truth of this machine."""
+    """The last point and the remaining life, and the truth of this machine."""
     truth = float(dataset["true_friction"][-1])
     table = []
     for name in WAYS:
@@ -134,7 +134,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="truth",
+    heading="truth",
 )
 
 if __name__ == "__main__":

@@ -63,7 +63,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """One record and what the paper's procedure makes of it."""
+    """One record, and the results of the paper's procedure."""
     of_noise, of_sampler = seed.generate_state(2).tolist()
     rig, case = config.rig, cell["case"]
     found: dict[str, Any] = {"peaks": list(config.peaks)}

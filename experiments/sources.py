@@ -23,7 +23,7 @@ def sources_of(name: str, root: Path = ROOT) -> list[Path]:
     """Return the files that the numbers of an experiment depend on.
 
     They are the whole package; of the experiments the module of that name and all that it imports, directly
-    or not; and the table (``.toml``) beside any of these.
+    or not; and the table (``.toml``) next to any of these.
 
     Parameters
     ----------
@@ -113,9 +113,9 @@ def _read(path: Path, changed_ns: int) -> xr.Dataset:
 
 
 def why_not_usable(name: str, results: Path) -> str | None:
-    """Return what keeps the result of an experiment from standing for these sources; None if nothing does.
+    """Return why the result of an experiment cannot be used with these sources; None if it can.
 
-    One of :data:`ARCHIVE` stands for the commit that it names.
+    One of :data:`ARCHIVE` is used whatever the sources: it names the commit that computed it.
 
     Parameters
     ----------

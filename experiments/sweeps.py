@@ -45,9 +45,9 @@ def sweep_cells(
         Values by name.
     config : SweepConfig
     full : bool
-        Whether to take as many records as ``--full`` asks for.
+        Whether to take as many records as ``--full`` takes.
     of_paper : callable
-        Whether a combination stands beside a number of the paper; those have the more records.
+        Whether the paper has a number for a combination; those have more records.
     """
     combinations = [dict(zip(levels, values, strict=True)) for values in product(*levels.values())]
 

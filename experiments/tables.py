@@ -12,7 +12,7 @@ __all__ = ["Row", "closing_table", "markdown", "page"]
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table that an experiment ends in, beside the paper's number where it has one."""
+    """One line of the table that an experiment ends in, with the paper's number where there is one."""
 
     what: str
     ours: str
@@ -21,30 +21,30 @@ class Row:
     sampler: str = ""
 
 
-def _lines(rows: Sequence[Row], beside: str) -> list[dict[str, str]]:
+def _lines(rows: Sequence[Row], heading: str) -> list[dict[str, str]]:
     """Text of each row by column heading; the sampler's column is left out where all is empty."""
     sampled = any(row.sampler for row in rows)
     return [
-        {"what": row.what, "ours": row.ours, beside: row.paper, "remark": row.remark}
+        {"what": row.what, "ours": row.ours, heading: row.paper, "remark": row.remark}
         | ({"emcee": row.sampler} if sampled else {})
         for row in rows
     ]
 
 
-def closing_table(title: str, rows: Sequence[Row], *, beside: str) -> Table:
+def closing_table(title: str, rows: Sequence[Row], *, heading: str) -> Table:
     """Return the rows as a table for the terminal.
 
     Parameters
     ----------
     title : str
     rows : sequence of Row
-    beside : str
-        Heading of the column that ours stands beside.
+    heading : str
+        Of the column that ours is compared with.
     """
     table = Table(title=title, title_justify="left")
-    lines = _lines(rows, beside)
-    for heading in lines[0]:
-        table.add_column(heading, overflow="fold")
+    lines = _lines(rows, heading)
+    for name in lines[0]:
+        table.add_column(name, overflow="fold")
     for line in lines:
         table.add_row(*line.values())
     return table
@@ -63,7 +63,7 @@ def markdown(lines: Sequence[Mapping[str, str]]) -> str:
     return "\n".join(rows) + "\n"
 
 
-def page(rows: Sequence[Row], details: Sequence[Mapping[str, str]], *, beside: str) -> str:
+def page(rows: Sequence[Row], details: Sequence[Mapping[str, str]], *, heading: str) -> str:
     """Return the closing table and, below it, the details as Markdown.
 
     Parameters
@@ -71,10 +71,10 @@ def page(rows: Sequence[Row], details: Sequence[Mapping[str, str]], *, beside: s
     rows : sequence of Row
     details : sequence of mappings
         Text by column heading, the same columns in every line; none for no second table.
-    beside : str
-        Heading of the column that ours stands beside.
+    heading : str
+        Of the column that ours is compared with.
     """
-    tables = [markdown(_lines(rows, beside))]
+    tables = [markdown(_lines(rows, heading))]
     if details:
         tables.append(markdown(details))
     return "\n".join(tables)

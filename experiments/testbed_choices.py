@@ -13,7 +13,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.against_emcee import CHECKED, SAMPLED, sampled, verdict_rows, word
-from experiments.beside_paper import band
+from experiments.against_paper import band
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part
 from experiments.rig import Rig, run_rig, system_of, true_friction
@@ -24,7 +24,7 @@ from experiments.tables import Row
 __all__ = ["DRAWN_PRIOR", "EXPERIMENT", "Config"]
 
 DRAWN_PRIOR = {"mu": 0.5, "lam": 0.05, "alpha": 1.0, "beta": 0.02}
-"""A prior that can be drawn beside its posterior, as in the paper's figures: wide, and centred far from the
+"""A prior that can be drawn with its posterior, as in the paper's figures: wide, and centred far from the
 friction [N]; worth a twentieth of a friction sample. The default prior is a billion times as wide."""
 
 VARIABLES = {
@@ -61,7 +61,7 @@ PRIORS = {
 
 
 DAMPING = {"viscous damping 0.03 %": 3e-4, "viscous damping 0.1 %": 1e-3, "viscous damping 0.3 %": 3e-3}
-"""Damping ratios beside the friction."""
+"""Damping ratios, in addition to the friction."""
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,9 @@ def _figures(
     prior: Mapping[str, float] | None,
     seed: int | None,
 ) -> dict[str, float]:
-    """What the paper's procedure says; empty where the record has fewer than two whole periods.
+    """Results of the paper's procedure; empty where the record has fewer than two whole periods.
 
-    ``seed`` is that of the sampler, None where it is not asked.
+    ``seed`` is that of the sampler, None where it does not run.
     """
     with warnings.catch_warnings():
         # a frequency read off few noisy periods may differ from the declared one: that is in the error
@@ -148,7 +148,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """Error and precision of every choice, beside the paper's precision."""
+    """Error and precision of every choice, and the paper's precision."""
     stated = {"1": "precision-1", "2": "precision-2", "2-reduced": "precision-reduced"}
     table = []
     for data_set in dataset["data_set"].values.tolist():
@@ -160,14 +160,14 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 single = int(mine["precision"].isnull().sum()) - refused
                 counts = {"of one sample, which has no precision": single, "refused": refused}
                 some = mine["precision"].notnull().any()
-                told = "".join(f", {n} {what}" for what, n in counts.items() if n)
+                others = "".join(f", {n} {what}" for what, n in counts.items() if n)
                 table.append(
                     Row(
                         f"set {data_set}, {choice}, {peaks}",
                         f"precision {band(mine['precision'])} 1/N^2" if some else "no precision",
                         f"{printed(stated[data_set]):g} 1/N^2",
                         f"error {band(mine['error'], factor=100.0)} %, RMS {100.0 * rms:.3g} %; "
-                        f"{float(mine['amplitudes'].median()):.0f} amplitudes{told}",
+                        f"{float(mine['amplitudes'].median()):.0f} amplitudes{others}",
                         word(mine),
                     )
                 )

@@ -101,8 +101,8 @@ def varying_friction_decay(
     Level ``r`` and outer force ``f`` are held from each sample to the next. Between two samples, and between
     a reversal and the next sample, the motion is a damped cosine about ``(f - sign(x') r)/k``; reversals are
     solved for, not stepped over. The motion ends at the first one where spring and outer force together are
-    no stronger than the level. It does not break away again: the level stands for what the contact meets on
-    its path, and at rest there is none.
+    no stronger than the level. It does not break away again: the level is that of the contact along
+    its path, and at rest there is no path.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
             "low": "5 % quantile of the remaining life",
             "median": "its median",
             "high": "its 95 % quantile",
-            "covers": "whether the 90 % interval holds the true remaining life",
+            "covers": "whether the 90 % interval covers the true remaining life",
             "never": "probability that the threshold is never reached",
         }.items()
     },
@@ -157,7 +157,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """Wear one machine and tell its remaining life both ways."""
+    """Wear one machine and estimate its remaining life both ways."""
     rng = np.random.default_rng(seed)
     times = np.linspace(0.0, 1.0, cell["points"])
     gain = config.gain * math.exp(config.gain_spread * rng.standard_normal())
@@ -226,7 +226,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="steady wear alone",
+    heading="steady wear alone",
     group="own",
 )
 

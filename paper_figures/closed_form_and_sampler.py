@@ -1,7 +1,7 @@
 """Every closed form that was checked against its emcee reference: difference of means, ratio of widths.
 
-Both are told by the 90 % interval: four amplitudes, as at 10 Hz, leave ``envelope`` Student's t with little
-more than two degrees of freedom, whose standard deviation no number of draws tells.
+Both are shown by the 90 % interval: four amplitudes, as at 10 Hz, leave ``envelope`` Student's t with little
+more than two degrees of freedom, whose standard deviation cannot be estimated from draws.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import FAINT, PaperFigure, legend_beside, main, new_figure
+from paper_figures.drawing import FAINT, PaperFigure, legend_right, main, new_figure
 from paper_figures.methods import METHOD_STYLE
 
 __all__ = ["FIGURE"]
@@ -37,9 +37,9 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
             x, 100.0 * mine["covers"].mean("replicate")[order], ms=4, label=method, **METHOD_STYLE[method]
         )
         below.plot(x, 100.0 * mine["width"].median("replicate")[order], ms=4, **METHOD_STYLE[method])
-    above.set_ylabel("intervals that hold the truth [%]")
+    above.set_ylabel("intervals that cover the truth [%]")
     above.set_ylim(0.0, 108.0)
-    legend_beside(above)
+    legend_right(above)
     below.set_yscale("log")
     below.set_ylabel("width of the interval [% of friction]")
     below.set_xlabel("signal-to-noise ratio [dB]")
@@ -50,7 +50,7 @@ FIGURE = PaperFigure(
     name="coverage_and_width",
     results=("noise_sweep",),
     caption=(
-        "How often the 90 % intervals hold the true friction of the paper's example, and how wide they "
+        "How often the 90 % intervals cover the true friction of the paper's example, and how wide they "
         "are; 200 records at 21.6, 20, 14.7 and 8.6 dB, 40 elsewhere."
     ),
     draw=draw,

@@ -32,7 +32,7 @@ __all__ = [
     "draw_signal",
     "figures_page",
     "legend_above",
-    "legend_beside",
+    "legend_right",
     "main",
     "make",
     "new_figure",
@@ -40,11 +40,11 @@ __all__ = [
 ]
 
 SYNTHETIC = "synthetic data"
-"""Stands in every figure."""
+"""Printed in every figure."""
 
 
 class MissingResult(Exception):
-    """A figure asks for a result that is not there, or that other sources computed."""
+    """A figure needs a result that is not there, or that other sources computed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +85,7 @@ def _digest(figure: PaperFigure, results: Path) -> str:
 
 
 def read_results(figure: PaperFigure, results: Path) -> dict[str, xr.Dataset]:
-    """Load the results that a figure asks for, by name."""
+    """Load the results that a figure needs, by name."""
     datasets = {}
     for name in figure.results:
         with xr.open_dataset(results / f"{name}.nc", engine="h5netcdf") as stored:
@@ -102,7 +102,7 @@ def make(figure: PaperFigure, results: Path, out: Path) -> bool:
     results : Path
         Folder with the results.
     out : Path
-        Folder for the figures; ``NAME.json`` beside the images says what they were made of.
+        Folder for the figures; ``NAME.json`` next to the images says what they were made of.
 
     Raises
     ------
@@ -136,11 +136,11 @@ def save_small(figure: PaperFigure, results: Path, folder: Path) -> None:
 
 
 def figures_page(figures: Sequence[PaperFigure]) -> str:
-    """Return the page of the documentation with the paper's figures beside ours, in Markdown."""
+    """Return the page of the documentation with the paper's figures and ours, in Markdown."""
     parts = [
-        "# The paper's figures beside ours\n",
+        "# The paper's figures and ours\n",
         "Written by `python -m paper_figures --results archive --docs docs`; do not edit. What the paper's "
-        "figures show is told from its text, which is all that we have. All data of ours are synthetic. The "
+        "figures show is taken from its text, which is all that we have. All data of ours are synthetic. The "
         "story is in "
         "[paper.md](paper.md), the numbers are in [paper_comparison.md](paper_comparison.md) and "
         "[experiments.md](experiments.md).\n",
@@ -188,7 +188,7 @@ def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> N
         parser.exit(2, "".join(f"{line}\n" for line in missing))
 
 
-def legend_beside(axes: Axes) -> None:
+def legend_right(axes: Axes) -> None:
     """Put the legend to the right of the axes, where it covers nothing."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
@@ -209,7 +209,7 @@ def draw_joint(
     colour: str = ACCENT,
     label: str = "90 % region",
 ) -> None:
-    """Draw the joint density of friction and precision with the region that holds 90 %.
+    """Draw the joint density of friction and precision with its 90 % region.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import TRUTH, PaperFigure, legend_beside, main, new_figure
+from paper_figures.drawing import TRUTH, PaperFigure, legend_right, main, new_figure
 from paper_figures.methods import METHOD_STYLE
 
 __all__ = ["FIGURE"]
@@ -36,7 +36,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     for axes in (above, below):
         axes.set_yscale("log")
     above.set_ylabel("RMS error of friction [%]")
-    legend_beside(above)
+    legend_right(above)
     below.set_ylabel("bound over mean square error [1]")
     below.set_xlabel("signal-to-noise ratio [dB]")
     return figure

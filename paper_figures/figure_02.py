@@ -18,7 +18,7 @@ FIGURE = PaperFigure(
         "one record of the example, by both readings of a peak; the shading is the posterior by nominal "
         "peaks. The region shrinks as in the paper, and is nearer to its precision by nominal peaks; by the "
         "highest samples precision is several times larger. The friction interval is several times wider "
-        "than the errors ask for." + DRAWN_PRIOR
+        "than the errors require." + DRAWN_PRIOR
     ),
     draw=lambda results: prior_and_posterior(results["shown_records"].sel(case="example")),
 )

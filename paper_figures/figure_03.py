@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import ACCENT, DATA, MODEL, TRUTH, PaperFigure, legend_beside, main, new_figure
+from paper_figures.drawing import ACCENT, DATA, MODEL, TRUTH, PaperFigure, legend_right, main, new_figure
 
 __all__ = ["FIGURE"]
 
@@ -33,7 +33,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     )
     panels[1].axvline(1.0 / truth, color=TRUTH, ls=":", label=f"1 / true friction\n{1.0 / truth:.3g} 1/N")
     for axes in panels:
-        legend_beside(axes)
+        legend_right(axes)
     return figure
 
 

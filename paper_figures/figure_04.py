@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import FAINT, MODEL, TRUTH, PaperFigure, legend_beside, main, new_figure
+from paper_figures.drawing import FAINT, MODEL, TRUTH, PaperFigure, legend_right, main, new_figure
 
 __all__ = ["FIGURE"]
 
@@ -34,7 +34,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     panels[1, 0].set_ylabel("precision [1/N²]")
     panels[1, 0].set_yscale("log")
     for row in range(2):
-        legend_beside(panels[row, 1])
+        legend_right(panels[row, 1])
     return figure
 
 
@@ -47,9 +47,9 @@ FIGURE = PaperFigure(
     ),
     caption=(
         "both settle as friction samples come in, every number of them from 2 on, but in the median "
-        "precision starts high and falls: with few samples it is whatever their chance scatter says. Under a "
+        "precision starts high and falls: with few samples it is what their chance scatter makes it. Under a "
         "prior whose mean precision is below that of the samples it rises, as in the paper (paper.md, what "
-        "hangs on the prior). Median and 90 % of 200 records, and one of them; priors are the package's "
+        "depends on the prior). Median and 90 % of 200 records, and one of them; priors are the package's "
         "default, nearly flat, as in the table."
     ),
     draw=draw,

@@ -13,7 +13,7 @@ __all__ = ["FIGURE"]
 
 
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
-    """One panel a rate, samples marked where they can be told apart."""
+    """One panel a rate, samples marked where they are far enough apart."""
     shown = results["shown_records"]
     cases = [case for case in shown["case"].values.tolist() if case.startswith("2-reduced")]
     figure = new_figure(7.0, 6.0)

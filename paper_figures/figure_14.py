@@ -13,7 +13,7 @@ from paper_figures.drawing import (
     TRUTH,
     PaperFigure,
     draw_joint,
-    legend_beside,
+    legend_right,
     main,
     new_figure,
 )
@@ -47,7 +47,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         reference = float(mine["reference"].isel(peaks=0))
         axes.axvline(reference, color=TRUTH, lw=1.2, ls=":", label=f"reference\n{reference:.4f} N")
         axes.set_title(case.split(", ")[1])
-        legend_beside(axes)
+        legend_right(axes)
         axes.label_outer()
     return figure
 

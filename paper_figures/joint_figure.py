@@ -5,7 +5,7 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import ACCENT, MODEL, TRUTH, draw_joint, legend_beside, new_figure
+from paper_figures.drawing import ACCENT, MODEL, TRUTH, draw_joint, legend_right, new_figure
 
 __all__ = ["DRAWN_PRIOR", "prior_and_posterior"]
 
@@ -32,7 +32,7 @@ def prior_and_posterior(shown: xr.Dataset) -> Figure:
     reference = float(shown["reference"].isel(peaks=0))
     draw_joint(above, shown.isel(peaks=0), "prior", truth=reference)
     above.set_title("prior")
-    legend_beside(above)
+    legend_right(above)
     for reading, (style, colour) in READINGS.items():
         one = shown.sel(peaks=reading)
         numbers = f"r = {float(one['friction']):.4f} N\ns = {float(one['precision']):.3g} 1/N²"
@@ -47,5 +47,5 @@ def prior_and_posterior(shown: xr.Dataset) -> Figure:
         )
     below.axvline(reference, color=TRUTH, lw=1.2, ls=":", label=f"reference\n{reference:.4f} N")
     below.set_title("posterior, 90 % regions")
-    legend_beside(below)
+    legend_right(below)
     return figure

@@ -1,4 +1,4 @@
-"""How each estimator is drawn: a marker, a line and a colour of its own, told apart in grey too."""
+"""How each estimator is drawn: a marker, a line and a colour of its own, different in grey too."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each method takes on the base record, beside its error."""
+"""Time of each method on the base record, and its error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is the remaining life what it says, and what does updating without forgetting cost? By law of wear."""
+"""Is the remaining life calibrated, and what does updating without forgetting cost? By law of wear."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ COLOURS = ("#111111", "#0b4f8a", "#009e73", "#8a5a83", "#d55e00", "#777777")
 
 
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
-    """Precisions at 19.5 kg with nominal peaks beside the paper's, and the friction as samples come in."""
+    """Precisions at 19.5 kg with nominal peaks and the paper's, and the friction as samples come in."""
     found = results["prior_sweep"]
     figure = new_figure(9.0, 4.4)
     left, right = figure.subplots(1, 2)

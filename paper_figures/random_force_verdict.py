@@ -1,4 +1,4 @@
-"""A force that fluctuates: the paper's estimator, criterion and intervals beside the whole-signal fit."""
+"""A force that fluctuates: the paper's estimator, criterion and intervals, and the whole-signal fit."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _lines(
 
 
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
-    """One column a noise; RMS error, coverage, and precision beside that without the force."""
+    """One column a noise; RMS error, coverage, and precision over that without the force."""
     found = results["random_force_verdict"]
     noises = sorted(set(found["noise"].values[np.isfinite(found["noise"].values)].tolist()), reverse=True)
     figure = new_figure(8.4, 8.8)
@@ -82,7 +82,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         bottom.set_yticks([], minor=True)
         bottom.set_xlabel("standard deviation of the force over the friction [%]")
     panels[0, 0].set_ylabel("RMS error of the friction [%]")
-    panels[1, 0].set_ylabel("90 % intervals that hold it [%]")
+    panels[1, 0].set_ylabel("90 % intervals that cover it [%]")
     panels[2, 0].set_ylabel("precision over that\nwithout the force [1]")
     panels[2, 0].legend(loc="lower left", fontsize=8)
     handles, labels = panels[0, 0].get_legend_handles_labels()
@@ -95,7 +95,7 @@ FIGURE = PaperFigure(
     results=("random_force_verdict",),
     caption=(
         "The paper takes whatever departs from Coulomb's law for noise and judges a record by its "
-        "precision. Ours: its example with an Ornstein-Uhlenbeck force over 0.1 s, its estimator beside the "
+        "precision. Ours: its example with an Ornstein-Uhlenbeck force over 0.1 s, its estimator and the "
         "whole-signal fit; bars are Monte Carlo errors, of the precision 90 % of the records."
     ),
     draw=draw,

@@ -23,11 +23,11 @@ def _step(h: float, stiffness: float, tau: float) -> tuple[np.ndarray, np.ndarra
 
 
 def dense_covariance(
-    phase: np.ndarray, stiffness: np.ndarray, tau: float, beside: np.ndarray | None = None
+    phase: np.ndarray, stiffness: np.ndarray, tau: float, law_steps: np.ndarray | None = None
 ) -> np.ndarray:
     """Covariance (3 n, 3 n) of all states for unit sd, every step by quadrature of matrix exponentials.
 
-    With what a law makes of displacement and velocity after each step, shape (n - 1, 2, 2).
+    Displacement and velocity are multiplied by ``law_steps``, shape (n - 1, 2, 2), after each step.
     """
     n = phase.size
     own = np.zeros((n, 3, 3))
@@ -38,9 +38,9 @@ def dense_covariance(
         transition, added = _step(h, float(stiffness[i - 1]), tau)
         transitions.append(transition)
         own[i] = transition @ own[i - 1] @ transition.T + added
-        if beside is not None:
+        if law_steps is not None:
             law = np.eye(3)
-            law[:2, :2] = beside[i - 1]
+            law[:2, :2] = law_steps[i - 1]
             transitions[-1] = law @ transitions[-1]
             own[i] = law @ own[i] @ law.T
     full = np.zeros((n, 3, n, 3))

@@ -23,7 +23,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
 
     With dry friction, which a fit always has, and with outliers where these are most probable. The fit takes
     the noise at its best instead of integrating it, has its prior of the frequency about the declared one,
-    and has the samples at rest besides, which say nothing about the law: they are worth the same to both.
+    and has the samples at rest too, which carry no information on the law: they change both alike.
     """
     mine = fit.rubs & np.array([names == effects for names in fit.sets.effects])
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
@@ -31,7 +31,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
         # next to other sets without a force it cannot matter, so that its law was not looked at
         return -math.inf
     (point,) = alone.posterior.points
-    # shapes taken about the best stand for a part of their prior, which an evidence has whole
+    # shapes taken about the best represent a part of their prior, which an evidence has whole
     masses = {c.shape: math.prod(s.weight for s in c.shape) for c in fit.law.columns if c.effect in effects}
     part = sum(mass for shape, mass in masses.items() if shape and shape[0].score != 0.0) or 1.0
     weight, prior = logsumexp(point.found.log_weight), logsumexp(fit.sets.log_prior[mine]) - math.log(part)

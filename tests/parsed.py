@@ -10,7 +10,7 @@ __all__ = ["nodes", "parsed"]
 
 @cache
 def parsed(source: str) -> ast.Module:
-    """Parse a source, which is not to be changed by whoever asks."""
+    """Parse a source, which callers share and must not change."""
     return ast.parse(source)
 
 

@@ -77,8 +77,8 @@ def _loop(sealed: SealedRecord) -> dict[str, Any]:
 
 def judged(sealed: SealedRecord) -> dict[str, tuple[float, bool, float]]:
     """By method, seconds, whether the set is the true one, and the relative error of friction."""
-    spent, said = timed(lambda: _loop(sealed))
-    found = {OURS: (spent, bool(said["right"]), said["error_after"])}
+    spent, score = timed(lambda: _loop(sealed))
+    found = {OURS: (spent, bool(score["right"]), score["error_after"])}
     system, truth = fb.Oscillator(**sealed.system), sealed.truth
     spent, form = timed(lambda: weak_form(find_free_decay(sealed.record, system), LIBRARY))
     for name, pick in PICKS.items():

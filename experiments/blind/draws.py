@@ -50,9 +50,9 @@ CONTACT_AND_SENSOR = (
     "position_friction",
     "second_mode",
 )
-"""Kinds drawn for the records with a fluctuating force, beside those of the sealed test without one."""
+"""Kinds drawn for the records with a fluctuating force alone, not for the sealed test without one."""
 TURN_SWING_RAD = (0.5 * math.pi, 6.0)
-"""Swings in which a force that repeats with every turn is told from a spring that hardens or softens."""
+"""Swings in which a force that repeats with every turn differs from a spring that hardens or softens."""
 OUTSIDE = ("one_sided_spring", "rough_patch", "stick_slip_base")
 
 EXCLUSIVE = (

@@ -59,7 +59,7 @@ _DIFFERENCE[[_INDEX["asymmetry"], _INDEX["static_excess"], _INDEX["relative_chan
 _DIFFERENCE[_INDEX["log_stribeck_velocity"]] = 1e-3
 
 _ITERATIONS = 40
-# over two successive steps; what is asked is whether a loss exceeds 10 or 200
+# over two successive steps; all that is needed is whether a loss exceeds 10 or 200
 _CONVERGED = 0.02
 _CONVERGED_RELATIVE = 2e-3
 
@@ -77,7 +77,7 @@ class Problem:
     noise_sd : float
         Of one sample.
     weight : float
-        Samples of the record that each one here stands for.
+        Samples of the record that each one here represents.
     end : float
         Duration over which friction drifts.
     order : int
@@ -148,7 +148,7 @@ def physical_parameters(**known: float) -> Vector:
 
 
 def _minimise(problem: Problem, p: Vector, free: Vector) -> tuple[float, Vector]:
-    """Levenberg-Marquardt, projected on the bounds: a parameter pushed against its bound stands still."""
+    """Levenberg-Marquardt, projected on the bounds: a parameter pushed against its bound is fixed."""
     low, high = _LOW.copy(), _HIGH
     low[_INDEX["line_frequency"]] = _SHORTEST_LINE / problem.times[-1]
     p = np.clip(p, low, high)
@@ -217,7 +217,7 @@ def _entries(problem: Problem, p: Vector, free: Vector) -> Iterator[Vector]:
 
 
 def _line_starts(problem: Problem, p: Vector) -> Iterator[Vector]:
-    """Start a line at the two highest peaks of the residual's spectrum, and unresolved beside the motion."""
+    """Start a line at the residual's two highest spectral peaks, and within resolution of the motion's."""
     residual = problem.residual(p)
     spacing = problem.times[1] - problem.times[0]
     size = 4 * problem.times.size

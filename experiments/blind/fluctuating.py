@@ -1,4 +1,4 @@
-"""Records whose friction force fluctuates: a sealed truth with an Ornstein-Uhlenbeck force beside it."""
+"""Records whose friction force fluctuates: a sealed truth with an Ornstein-Uhlenbeck force added to it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def draw_fluctuating(
     Returns
     -------
     SealedRecord
-        ``truth.effects`` and ``truth.visible`` hold ``random_force`` where there is one; its
+        ``truth.effects`` and ``truth.visible`` contain ``random_force`` where there is one; its
         ``truth.parameters`` are ``force_sd`` [N or N m], ``correlation_time_s``, and, as drawn,
         ``force_over_friction`` and ``force_correlation_time``.
     """

@@ -20,7 +20,7 @@ from experiments.blind.identifiable import IDENTIFIABLE_LOSS
 __all__ = ["AFTER", "BEFORE", "Line", "by_kind", "figure_lines", "reliability_lines"]
 
 BEFORE, AFTER = "before", "after"
-"""Prefixes of the columns: noise in the sensor alone, and a random force evaluated beside it."""
+"""Prefixes of the columns: sensor noise alone, and with a random force evaluated too."""
 
 _FORCE_SIZES = (0.05, 0.15, 0.3, 0.6)  # of friction
 _GROSS = 1.0  # widths of its 90 % interval that the truth lies from the mean
@@ -110,19 +110,19 @@ def _figures(dataset: xr.Dataset) -> Iterator[tuple[str, str, Mask, Shown]]:
     yield "median friction error", "", inside, _median_of("error_after")
     yield "median width of the interval, over friction", "", inside, _median_of("relative_width")
     yield "... over that of a judge who knows effects, force and noise", "", inside, _width_over_best(dataset)
-    yield "true set of other effects among those holding 95 %", ">= 95 %", inside, held
-    told = inside & dataset["identifiable"].values.astype(bool)
-    yield "true set of other effects most probable, identifiable records", "", told, _rate_of("right")
+    yield "true set of other effects among those that add up to 95 %", ">= 95 %", inside, held
+    identifiable = inside & dataset["identifiable"].values.astype(bool)
+    yield "true set of other effects most probable, identifiable records", "", identifiable, _rate_of("right")
     seen = inside & (dataset["force_loss"].values >= IDENTIFIABLE_LOSS)
     yield "random force found, where the true law loses 10 or more without it", "", seen, _found
     for name, chosen in sizes:
         yield name, "", seen & chosen, _found
-    yield "90 % interval of random_force.sd covers, where told", "", inside, _rate_of("force_sd_covered")
-    told = "90 % interval of random_force.correlation_time_s covers, where told"
-    yield told, "", inside, _rate_of("correlation_time_covered")
+    yield "90 % interval of random_force.sd covers, where given", "", inside, _rate_of("force_sd_covered")
+    what = "90 % interval of random_force.correlation_time_s covers, where given"
+    yield what, "", inside, _rate_of("correlation_time_covered")
     yield "predictive 90 % band covers held-out samples, where given", "80 .. 97 %", inside, _rate_of("band")
     yield "newer kinds, no force: friction interval covers", "85 .. 95 %", ~force, covers
-    yield "newer kinds, no force: true set among those holding 95 %", ">= 95 %", ~force, held
+    yield "newer kinds, no force: true set among those that add up to 95 %", ">= 95 %", ~force, held
     yield "newer kinds, no force: random force found", "", ~force, _found
     yield "outside the catalogue: called unexplained", "", force & outside, _verdict("unexplained")
     yield "refused", "0 %", np.ones(force.size, dtype=bool), _verdict("refused")
@@ -135,7 +135,7 @@ def figure_lines(dataset: xr.Dataset) -> list[Line]:
     ----------
     dataset : xarray.Dataset
         One entry a record: ``kind``, ``fluctuates``, ``outside``, ``quantity``, ``force_over_friction``, what
-        :func:`experiments.blind.oracle.judge` says of it, and for both runs, by prefix, the fields of
+        :func:`experiments.blind.oracle.judge` returns for it, and for both runs, by prefix, the fields of
         :func:`experiments.blind.force_scoring.force_score`.
     """
     before, after = columns_of(dataset, BEFORE), columns_of(dataset, AFTER)
@@ -172,7 +172,7 @@ def reliability_lines(dataset: xr.Dataset) -> list[tuple[str, str, str, str]]:
 
 
 def by_kind(dataset: xr.Dataset) -> list[dict[str, str]]:
-    """Kind by kind: noise in the sensor alone, then with a random force evaluated."""
+    """Kind by kind: sensor noise alone, then with a random force evaluated."""
     before, after = columns_of(dataset, BEFORE), columns_of(dataset, AFTER)
     force = dataset["fluctuates"].values.astype(bool)
     lines = []

@@ -58,20 +58,20 @@ def force_score(truth: Truth, report: Mapping[str, Any]) -> dict[str, Any]:
         ``widths_off``, how far the truth lies from friction's mean, in widths of its 90 % interval.
     """
     law = score(other_effects(truth), truth.friction, {**report, "candidates": without_force(report)})
-    said = report["random_force"]
+    reported = report["random_force"]
     held_out = report["held_out_error"] or {}
     fluctuates = RANDOM_FORCE in truth.effects
-    told = said if fluctuates and said is not None else {}
+    force = reported if fluctuates and reported is not None else {}
     band = held_out.get("inside90")
     sd = truth.parameters.get("force_sd", math.nan)
-    mean = told["sd"]["mean"] if told else None
+    mean = force["sd"]["mean"] if force else None
     return law | {
         "force_probability": math.fsum(
             c["probability"] for c in report["candidates"] if RANDOM_FORCE in c["effects"]
         ),
-        "force_sd_covered": _within(told.get("sd"), sd),
+        "force_sd_covered": _within(force.get("sd"), sd),
         "correlation_time_covered": _within(
-            told.get("correlation_time_s"), truth.parameters.get("correlation_time_s", math.nan)
+            force.get("correlation_time_s"), truth.parameters.get("correlation_time_s", math.nan)
         ),
         "force_sd_error": math.nan if mean is None else abs(mean / sd - 1.0),
         "band": math.nan if band is None else float(band),

@@ -1,4 +1,4 @@
-"""A fast forward model of the catalogue's laws, for judging on the generator's side what a record can tell.
+"""A fast forward model of the catalogue's laws, for judging on the generator's side what a record can show.
 
 Fixed-step Runge-Kutta with the velocity zero found inside the step; dimensionless as in
 :mod:`experiments.blind.laws`, except that the natural frequency is a parameter near 1.
@@ -127,7 +127,7 @@ def decay_signal(
             sign = np.sign(pull)
             friction = sign * c[0] * p[1] * (1.0 + p[6] * sign)
             if abs(pull) <= abs(friction) * _level(c, t, 0.0):
-                # the records that are judged hold at most a short rest: whoever rests, rests for good
+                # the records that are judged contain at most a short rest: whoever rests, rests for good
                 for j in range(i, times.size):
                     out[j] = x if order == 0 else 0.0
                 break

@@ -92,7 +92,7 @@ def _draw_motion(
     rng: np.random.Generator,
     integrator: Integrator,
 ) -> tuple[dict[str, Any], Motion | DisturbedMotion, tuple[float, float], float] | None:
-    """Draw law and start; None if the record would not hold the stated number of half cycles."""
+    """Draw law and start; None if the record would not contain the stated number of half cycles."""
     aimed = int(rng.integers(HALF_CYCLES[0], HALF_CYCLES[1] + 1))
     # "T" of a drifting friction must mean one thing, and a contact that springs back never sticks: those
     # records end before rest

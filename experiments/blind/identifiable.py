@@ -1,4 +1,4 @@
-"""Can the record tell its effects from others? Judged on the noise-free signal, by chi-square."""
+"""Can the record distinguish its effects from others? Judged on the noise-free signal, by chi-square."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _candidates(size: int, losses: dict[Effects, float]) -> Iterator[Effects]:
 
 
 def _contains(rival: Effects, truth: Effects) -> bool:
-    """Whether a rival is the truth, or holds it as the case of a vanishing parameter.
+    """Whether a rival is the truth, or contains it as the case of a vanishing parameter.
 
     An offset that does not drift is a drift of rate zero: that is the truth and one parameter more, not
     another explanation.
@@ -100,7 +100,7 @@ def _losses(sealed: SealedRecord, size: int) -> Iterator[tuple[Effects, float]]:
             ratio = problem.residual(fitted[key])[problem.used] / math.sqrt(problem.weight)
             loss = min(loss, deviance_with_outliers(ratio, problem.weight))
         elif real_outliers:
-            # an outlying sample tells next to nothing about the motion
+            # an outlying sample has next to no information about the motion
             loss *= 1.0 - fraction
             if "outliers" not in effects:
                 loss += deviance_of_outliers(sealed.times.size, fraction, scale)

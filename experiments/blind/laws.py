@@ -69,7 +69,7 @@ class Law:
     swing : float
         Initial amplitude [rad], where a force repeats with every turn.
     turn_sines, turn_cosines : tuple of float
-        A force that repeats with every turn, ``sum a_n sin(n swing x) + b_n cos(n swing x)`` beside the
+        A force that repeats with every turn, ``sum a_n sin(n swing x) + b_n cos(n swing x)`` added to the
         spring's ``x``.
     presliding : float
         Displacement over which friction builds up again after a turning point; followed by
@@ -110,7 +110,7 @@ class Law:
 
     def drive(self, t: float, x: float, v: float, slips: int) -> float:
         """Acceleration without friction."""
-        # most of these are absent from most laws, and a record asks a million times
+        # most of these are absent from most laws, and a record evaluates this a million times
         force = -(x - self.base(t, slips)) if self.base_creep or self.base_slip else -x
         if self.cubic:
             force -= self.cubic * x**3

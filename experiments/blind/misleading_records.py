@@ -43,9 +43,9 @@ MISLEADING = {
 growing_noise
     Noise in proportion to the displacement, at the release, over the sensor's white noise.
 pink_noise
-    Noise whose power goes as one over the frequency, beside the white noise; its sd over that.
+    Noise whose power goes as one over the frequency, added to the white noise; its sd over that.
 shared_error
-    Noise correlated over 0.01 .. 0.05 s, beside the white noise; its sd over that.
+    Noise correlated over 0.01 .. 0.05 s, added to the white noise; its sd over that.
 accelerometer
     Sampling rate [Hz], at 40 .. 60 dB.
 declared_off
@@ -72,14 +72,14 @@ def draw_misleading(kind: str, seed: np.random.SeedSequence | int) -> ThresholdR
     if kind == "declared_off":
         declared["stiffness"] *= 1.0 + either_sign(rng) * size
     clean = _displacements(1.0, 1.0)
-    n, beside = clean.size, np.zeros(clean.size)
+    n, added = clean.size, np.zeros(clean.size)
     if kind == "growing_noise":
-        beside = size * clean / AMPLITUDE * rng.standard_normal(n)
+        added = size * clean / AMPLITUDE * rng.standard_normal(n)
     if kind == "pink_noise":
-        beside = size * _pink(n, rng)
+        added = size * _pink(n, rng)
     if kind == "shared_error":
-        beside = size * _shared(n, rng.uniform(0.01, 0.05), rng)
-    record = _recorded(clean + NOISE * beside, rng)
+        added = size * _shared(n, rng.uniform(0.01, 0.05), rng)
+    record = _recorded(clean + NOISE * added, rng)
     return ThresholdRecord(records=(record,), kind=kind, size=size, declared=declared)
 
 

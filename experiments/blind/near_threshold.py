@@ -142,7 +142,7 @@ def draw_effect_of_size(kind: str, size: float, rng: np.random.Generator) -> Imi
     slight_damping
         Viscous damping ratio.
     cancelling_pair
-        The same, beside friction that rises by 0.5 .. 1.5 of what makes up for the falling loss.
+        The same, with friction that rises by 0.5 .. 1.5 of what makes up for the falling loss.
     """
     end = DURATION * FREQUENCY
     signed = either_sign(rng) * size

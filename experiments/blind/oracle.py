@@ -1,4 +1,4 @@
-"""What a record can tell at best where its force fluctuates: a judge who knows the motion and the noise.
+"""The most a record can show where its force fluctuates: a judge who knows the motion and the noise.
 
 The signal is a linear model along the true motion (:mod:`experiments.blind.along_motion`) and its covariance,
 of noise and of the response to the force, a dense matrix.
@@ -55,7 +55,7 @@ _RIDGE = 1e-11  # of columns scaled to one: two that are the same are not invert
 
 @dataclass(frozen=True)
 class Judgement:
-    """What the judge says of a record.
+    """The judge's results for a record.
 
     Attributes
     ----------
@@ -214,11 +214,11 @@ def _loss_of_noise(name: str, sealed: SealedRecord, variance: Array) -> float:
 
 
 def judge(sealed: SealedRecord) -> Judgement:
-    """What a record of :func:`experiments.blind.fluctuating.draw_fluctuating` can tell.
+    """Judge what a record of :func:`experiments.blind.fluctuating.draw_fluctuating` can show.
 
     A rival has no more effects than the truth (outside the catalogue: up to two), coefficients within their
-    support and any of several sizes and correlation times of the force, none included; its noise is as large
-    as its misfit asks for.
+    support and any of several sizes and correlation times of the force, zero included; its noise is as large
+    as its misfit requires.
     """
     truth, motion = sealed.truth, sealed.motion
     assert isinstance(motion, DisturbedMotion)
@@ -226,7 +226,7 @@ def judge(sealed: SealedRecord) -> Judgement:
     stride = max(int(truth.samples_per_period / _SAMPLES_PER_PERIOD), 1)
     order = 2 if truth.quantity == "acceleration" else 0
     times, clean = sealed.times[::stride], sealed.clean[::stride]
-    # the first sample stands at the start, where every response is zero
+    # the first sample is at the start, where every response is zero
     used = (times < sealed.rest_time) & (np.abs(clean) < parameters.get("clipping_level", math.inf))
     path = Path(motion, times, order)
     x, acceleration = motion.sample(times)
@@ -298,7 +298,7 @@ def judge(sealed: SealedRecord) -> Judgement:
 
 
 def _information(fits: _Fits, variant: _Variant) -> float:
-    """Inverse variance of friction beside the other columns of a variant."""
+    """Inverse variance of friction, fitted with the other columns of a variant."""
     used = variant.used
     scale = 1.0 / np.sqrt(np.diag(fits.gram[np.ix_(used, used)]))
     scaled = fits.gram[np.ix_(used, used)] * np.outer(scale, scale)

@@ -1,4 +1,4 @@
-"""What heavy tails are worth: expected deviances of Gaussian and contaminated-Gaussian noise."""
+"""The gain from modelling heavy tails: expected deviances of Gaussian and contaminated-Gaussian noise."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["deviance_of_outliers", "deviance_with_outliers"]
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(12)
 _WEIGHTS = _WEIGHTS / _WEIGHTS.sum()
-_SAMPLES = 400  # of a misfit that fills the record: enough to tell a loss of 10 from one of hundreds
+_SAMPLES = 400  # of a misfit that fills the record: enough to separate a loss of 10 from one of hundreds
 
 
 def _log_contaminated(
@@ -55,7 +55,7 @@ def deviance_with_outliers(misfit: NDArray[np.float64], weight: float) -> float:
     misfit : ndarray, shape (n,)
         Wrong motion minus the true one, in noise standard deviations.
     weight : float
-        Samples that each one stands for.
+        Samples that each one represents.
 
     Returns
     -------

@@ -61,7 +61,7 @@ class AddedLaw(Law):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """What the sensor makes of the motion; zero and empty mean absent.
+    """Errors of the sensor; zero and empty mean absent.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Open the seal: compare what the loop said of a record with its truth. Pure functions."""
+"""Open the seal: compare the loop's report on a record with its truth. Pure functions."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def set_name(effects: Sequence[str]) -> str:
 
 
 def credible_set(candidates: Sequence[Mapping[str, Any]], mass: float = CREDIBLE_MASS) -> list[str]:
-    """Names of the fewest, most probable candidates that together hold ``mass``.
+    """Names of the fewest, most probable candidates whose probabilities add up to ``mass``.
 
     Parameters
     ----------
     candidates : sequence of mapping
         ``effects`` and ``probability``, in any order.
     mass : float
-        Probability to hold.
+        Probability to reach.
     """
     held: list[str] = []
     total = 0.0

@@ -1,4 +1,4 @@
-"""What a sensor makes of the signal: noise, outliers, clipping and its clock apart."""
+"""Errors of a sensor other than noise, outliers, clipping and its clock's."""
 
 from __future__ import annotations
 

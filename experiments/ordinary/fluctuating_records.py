@@ -1,4 +1,4 @@
-"""Records of a friction that fluctuates, or of a random force beside it."""
+"""Records of a friction that fluctuates, or of a random force in addition to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the package says of an ordinary record, beside the truth."""
+"""Estimates of an ordinary record, compared with the truth."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 }
 _WITNESS = "witness"
 ESTIMATORS = (*_OPTIONS, _WITNESS)
-"""Labels of the tables; the last is what the default estimate itself says by the loss of amplitude alone."""
+"""Labels of the tables; the last is the default's witness: friction by the loss of amplitude."""
 
 VERDICT: dict[str, tuple[str, str]] = {
-    "refused": ("1", "whether there is no answer"),
+    "refused": ("1", "whether the record was refused"),
     "ratio": ("1", "mean of the friction over the true one"),
     "width": ("1", "width of the 90 % interval over the true friction"),
-    "covered": ("1", "whether the interval holds the true friction"),
-    "covered_in_signal": ("1", "whether it holds what the recorded signal shows: the gain times the truth"),
+    "covered": ("1", "whether the interval covers the true friction"),
+    "covered_in_signal": ("1", "whether it covers what the recorded signal shows: the gain times the truth"),
     "off": ("1", "whether the mean is more than the whole width of the interval off the truth"),
     "warned": ("1", "whether the estimate warned"),
     "force": ("1", "probability of a random force; of the default"),
-    "agrees": ("1", "whether the witness agrees with the answer; of the witness"),
+    "agrees": ("1", "whether the witness agrees with the estimate; of the witness"),
     "elapsed": ("s", "processor time"),
 }
 """Unit and meaning of what is kept of an estimator on a record; nan where there is none."""
@@ -46,27 +46,27 @@ def judged(ordinary: OrdinaryRecord) -> dict[str, list[float]]:
     Parameters
     ----------
     ordinary : OrdinaryRecord
-        Record and declared system are all that an estimator sees.
+        Record and declared system are all that an estimator is given.
     """
     record = make_record(
         ordinary.times, ordinary.values, ordinary.quantity, name="ordinary record", synthetic=True
     )
     system = fb.Oscillator(mass=ordinary.mass, stiffness=ordinary.stiffness)
-    said: dict[str, dict[str, float]] = {}
+    verdicts: dict[str, dict[str, float]] = {}
     for label, options in _OPTIONS.items():
-        verdict, told, part = _estimated(record, system, options)
-        if told is not None and ordinary.truth is not None:
+        verdict, fields, part = _estimated(record, system, options)
+        if fields is not None and ordinary.truth is not None:
             truth = ordinary.truth(*part)
-            verdict |= _beside(told["friction"], truth, ordinary.gain)
-        said[label] = verdict
+            verdict |= _against_truth(fields["friction"], truth, ordinary.gain)
+        verdicts[label] = verdict
         if label == "default":
-            said[_WITNESS] = {"refused": 1.0}
-            witness = None if told is None else told.get("witness")
+            verdicts[_WITNESS] = {"refused": 1.0}
+            witness = None if fields is None else fields.get("witness")
             if witness is not None:
-                said[_WITNESS] = {"refused": 0.0, "agrees": float(witness["agrees"])}
+                verdicts[_WITNESS] = {"refused": 0.0, "agrees": float(witness["agrees"])}
                 if ordinary.truth is not None:
-                    said[_WITNESS] |= _beside(witness["friction"], truth, ordinary.gain)
-    return {name: [said[label].get(name, math.nan) for label in ESTIMATORS] for name in VERDICT}
+                    verdicts[_WITNESS] |= _against_truth(witness["friction"], truth, ordinary.gain)
+    return {name: [verdicts[label].get(name, math.nan) for label in ESTIMATORS] for name in VERDICT}
 
 
 def _estimated(
@@ -78,11 +78,11 @@ def _estimated(
         warnings.simplefilter("always", fb.RecordWarning)
         try:
             estimate = fb.estimate(record, system, **options)
-            told = estimate.to_dict()
+            fields = estimate.to_dict()
         except fb.InputError:
             return {"refused": 1.0, "elapsed": process_time() - began}, None, (0.0, 0.0)
     elapsed = process_time() - began
-    force = told["random_force"]
+    force = fields["random_force"]
     verdict = {
         "refused": 0.0,
         "elapsed": elapsed,
@@ -91,10 +91,10 @@ def _estimated(
     }
     decay = estimate.decay
     first = float(decay.start_time)
-    return verdict, told, (first, first + float(decay.time[-1]))
+    return verdict, fields, (first, first + float(decay.time[-1]))
 
 
-def _beside(friction: Mapping[str, Any], truth: float, gain: float) -> dict[str, float]:
+def _against_truth(friction: Mapping[str, Any], truth: float, gain: float) -> dict[str, float]:
     low, high = friction["interval90"]
     mean = friction["mean"]
     return {

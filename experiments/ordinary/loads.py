@@ -1,4 +1,4 @@
-"""What acts on the mass beside the spring: friction that fluctuates, random forces, a hand, a drive."""
+"""Forces on the mass other than the spring's: friction that fluctuates, random forces, a hand, a drive."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ Process = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def causal_low_pass(corner: float, sampling_rate: float) -> Process:
-    """Butterworth of order 2 with its corner at ``corner`` [Hz], begun as if the first sample had stood."""
+    """Butterworth of order 2, corner at ``corner`` [Hz], in steady state at the first sample."""
     sos = signal.butter(2, corner, fs=sampling_rate, output="sos")
     return lambda values: signal.sosfilt(sos, values, zi=signal.sosfilt_zi(sos) * values[0])[0]
 
@@ -58,7 +58,7 @@ def moving_mean(window: int) -> Process:
 
 
 def ac_coupling(corner: float, sampling_rate: float) -> Process:
-    """High pass of order 1, begun as if the first sample had stood."""
+    """High pass of order 1, in steady state at the first sample."""
     sos = signal.butter(1, corner, btype="highpass", fs=sampling_rate, output="sos")
     return lambda values: signal.sosfilt(sos, values, zi=signal.sosfilt_zi(sos) * values[0])[0]
 

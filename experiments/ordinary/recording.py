@@ -140,7 +140,7 @@ def recorded(
     margin : int
         Samples recorded before and after, gone through with the others and cut then.
     order : int
-        How many times the process differentiates: the file holds the derivative of what is sensed.
+        How many times the process differentiates: the file contains the derivative of what is sensed.
     after : callable, optional
         What comes on top of the processed signal, such as noise of the recorder.
     **facts : float

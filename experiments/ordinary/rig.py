@@ -41,7 +41,7 @@ class Rig:
 
 
 class Motion(Protocol):
-    """What a simulated motion can be asked."""
+    """What a simulated motion provides."""
 
     def sample(self, times: NDArray[np.float64], quantity: str) -> NDArray[np.float64]:
         """Displacement, velocity or acceleration at ``times`` [s] after the release."""

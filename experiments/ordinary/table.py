@@ -13,11 +13,11 @@ from experiments.method_tables import share_error, with_error
 __all__ = ["lines_of", "short"]
 
 _SAME_GAIN = 1e-5
-"""Relative difference below which no interval sees a gain."""
+"""Relative difference below which a gain changes no interval."""
 
 
 def lines_of(row: str, records: xr.Dataset, estimators: Sequence[str]) -> list[Mapping[str, str]]:
-    """Return the lines of one row; an estimator that says nothing of any of its records has none.
+    """Return the lines of one row; an estimator without a result on any of its records has none.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def _middle(values: xr.DataArray) -> str:
 
 
 def short(value: float) -> str:
-    """Two digits, and all that stand before the point."""
+    """Two significant digits, and at least all before the point."""
     return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
 
 

@@ -145,7 +145,7 @@ def settle(fit: LoopFit) -> LoopFit:
 
     A climb ends with the derivatives of a point near its last. Where the posterior is a bent ridge (the
     excess and the speed of Stribeck friction) these may promise nothing before the top, and the evidence
-    hangs on where they were taken.
+    depends on where they were taken.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def inner_kernels(module: str, tree: ast.Module, wanted: set[str]) -> set[str]:
 
 
 def imported(module: str, tree: ast.Module) -> dict[str, str]:
-    """Full name of what each name of a module may stand for."""
+    """Full name of what each name of a module may refer to."""
     names = {node.name: f"{module}.{node.name}" for node in tree.body if isinstance(node, ast.FunctionDef)}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):

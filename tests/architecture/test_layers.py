@@ -22,7 +22,7 @@ from parsed import nodes, parsed
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "friction_bayes"
 
-# Lowest first. Folders of one layer stand side by side and do not import each other.
+# Lowest first. Folders of one layer do not import each other.
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("core",),
     ("records", "conjugate", "validation"),
@@ -40,8 +40,8 @@ RANK = {folder: rank for rank, layer in enumerate(LAYERS) for folder in layer}
 TOP_LEVEL = {"__init__.py", "__main__.py", "testing.py", "py.typed"}
 # Public or started from outside: they may import anything, and nobody need import them.
 ABOVE = ("", "__main__", "testing")
-# What stands next to the package and uses it; each counts as one module.
-BESIDE = ("experiments", "paper_figures", "benchmarks")
+# Folders next to the package that use it; each counts as one module.
+SCRIPTS = ("experiments", "paper_figures", "benchmarks")
 
 # What every folder may import, and the folders that may import what is not for everybody.
 ANYWHERE = {"numpy", "scipy", "xarray"}
@@ -149,7 +149,7 @@ def upward_imports(modules: Mapping[str, Module]) -> list[str]:
             other = folder(target)
             if own not in RANK or other == own:
                 continue
-            # the package itself and its other top-level modules stand above every layer but the last
+            # the package itself and its other top-level modules are above every layer but the last
             if RANK.get(other, RANK["cli"] - 0.5) >= RANK[own]:
                 faults.append(f"{name} imports {target or 'friction_bayes'}")
     return faults
@@ -159,7 +159,7 @@ def strangers(modules: Mapping[str, Module]) -> list[str]:
     faults = []
     for name, module in modules.items():
         for package in sorted(module.outside):
-            if name in BESIDE or (package in sys.stdlib_module_names and package not in ROOMS):
+            if name in SCRIPTS or (package in sys.stdlib_module_names and package not in ROOMS):
                 continue
             if package not in ANYWHERE and folder(name) not in ROOMS.get(package, set()):
                 faults.append(f"{name} imports {package}")
@@ -174,7 +174,7 @@ def misplaced(modules: Mapping[str, Module]) -> list[str]:
         if "." not in name or len(folders) != 1 or folders <= {folder(name), *ABOVE}:
             continue
         (only,) = folders
-        if only in BESIDE or all(
+        if only in SCRIPTS or all(
             only in rooms for package, rooms in ROOMS.items() if package in modules[name].outside
         ):
             faults.append(f"{name} is imported by {only} alone")
@@ -184,7 +184,7 @@ def misplaced(modules: Mapping[str, Module]) -> list[str]:
 def unused(modules: Mapping[str, Module]) -> list[str]:
     by = users(modules)
     # the import of any module of a package runs the package
-    run = {name.rpartition(".")[0] for name in modules} | set(RANK) | {*ABOVE, *BESIDE}
+    run = {name.rpartition(".")[0] for name in modules} | set(RANK) | {*ABOVE, *SCRIPTS}
     return [name for name in modules if not by[name] and name not in run]
 
 
@@ -237,9 +237,9 @@ FILES = {path.relative_to(PACKAGE).as_posix(): path.read_text() for path in sort
 def house() -> dict[str, Module]:
     """Modules of the package, and each folder next to it as one."""
     modules = read_tree(FILES)
-    for beside in BESIDE:
-        together = "\n".join(path.read_text() for path in sorted((ROOT / beside).rglob("*.py")))
-        modules[beside] = Module.parse(beside, together, set(modules))
+    for scripts in SCRIPTS:
+        together = "\n".join(path.read_text() for path in sorted((ROOT / scripts).rglob("*.py")))
+        modules[scripts] = Module.parse(scripts, together, set(modules))
     return modules
 
 

@@ -1,4 +1,4 @@
-"""What stands next to the package: experiments feed figures and benchmarks, and take nothing back."""
+"""Folders next to the package: experiments feed figures and benchmarks, and take nothing back."""
 
 from __future__ import annotations
 

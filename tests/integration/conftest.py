@@ -48,7 +48,7 @@ def csv(decay: Callable[..., Signal], write_csv: Callable[..., Path]) -> Path:
 
 @pytest.fixture
 def without_loop_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Closing the loop leaves no folder: what stands in one has tests of its own."""
+    """Closing the loop leaves no folder: its contents have tests of their own."""
     monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
 
 

@@ -1,4 +1,4 @@
-"""``friction-bayes close-loop``: what it leaves and says, that runs repeat, how bad input is refused."""
+"""``friction-bayes close-loop``: what it writes and prints, that runs repeat, how bad input is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``friction-bayes estimate`` on good records: what it prints, what it leaves, and that both are right."""
+"""``friction-bayes estimate`` on good records: what it prints, what it writes, and that both are right."""
 
 from __future__ import annotations
 

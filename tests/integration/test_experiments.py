@@ -1,4 +1,4 @@
-"""Each experiment on a tiny configuration: what it leaves, that it resumes, that it repeats itself."""
+"""Each experiment on a tiny configuration: what it writes, that it resumes, that it repeats itself."""
 
 from __future__ import annotations
 
@@ -222,7 +222,7 @@ def test_all_keep_what_is_finished_and_end_in_one_table(
     page.write_text("before\n<!-- results: reduced_data_set -->\nold\n<!-- end -->\nafter\n")
     options = ["--workers", "1", "--results", str(tmp_path / "results")]
     all_of_them.main(options)
-    assert "all experiments beside the paper" in capsys.readouterr().out
+    assert "all experiments and the paper" in capsys.readouterr().out
     written = (tmp_path / "results" / "noise_sweep.nc").stat().st_mtime_ns
     all_of_them.main([*options, "--docs", str(page.parent)])
     reported = capsys.readouterr()
@@ -240,8 +240,8 @@ def test_all_keep_what_is_finished_and_end_in_one_table(
 def test_all_experiments_are_found() -> None:
     found = all_of_them.all_experiments()
     assert set(TINY) <= set(found)
-    beside_paper = [name for name, experiment in found.items() if experiment.beside == "paper"]
-    assert list(found)[: len(beside_paper)] == sorted(beside_paper)
+    with_paper = [name for name, experiment in found.items() if experiment.heading == "paper"]
+    assert list(found)[: len(with_paper)] == sorted(with_paper)
 
 
 def test_an_unknown_experiment_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
@@ -254,12 +254,12 @@ def test_an_unknown_experiment_is_refused(capsys: pytest.CaptureFixture[str]) ->
 def test_documentation_has_the_tables_of_every_experiment_beside_the_paper() -> None:
     docs = Path(__file__).parents[2] / "docs"
     text = (docs / "experiments.md").read_text(encoding="utf-8")
-    beside_paper = [name for name, each in all_of_them.all_experiments().items() if each.beside == "paper"]
-    assert set(TINY) <= set(beside_paper)
-    for name in beside_paper:
+    with_paper = [name for name, each in all_of_them.all_experiments().items() if each.heading == "paper"]
+    assert set(TINY) <= set(with_paper)
+    for name in with_paper:
         _, found, rest = text.partition(f"<!-- results: {name} -->\n")
         assert found, name
         assert "| paper |" in rest.partition("<!-- end -->")[0], name
     every_page = "".join(page.read_text(encoding="utf-8") for page in sorted(docs.glob("*.md")))
     written = re.findall(r"<!-- results: (.*) -->\n\n`python -m experiments\.", every_page)
-    assert set(beside_paper) < set(written) <= set(all_of_them.all_experiments())
+    assert set(with_paper) < set(written) <= set(all_of_them.all_experiments())

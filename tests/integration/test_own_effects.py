@@ -1,4 +1,4 @@
-"""``--register MODULE:EFFECT``: an effect of one's own is one of the catalogue; what is none is refused."""
+"""``--register MODULE:EFFECT``: an effect of one's own joins the catalogue; anything else is refused."""
 
 from __future__ import annotations
 

@@ -262,7 +262,7 @@ def test_verdict_is_undecided_within_the_error_of_an_edge() -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "words"), [("", "stands twice"), ("ours = { experimant = 'x' }", "unknown experimant")]
+    ("line", "words"), [("", "occurs twice"), ("ours = { experimant = 'x' }", "unknown experimant")]
 )
 def test_table_of_numbers_refuses_slips(
     line: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

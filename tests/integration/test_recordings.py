@@ -378,7 +378,7 @@ def test_uneven_times_are_used_as_they_are(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """At seven samples a period, where a spline is off by 1 %: a clock that wanders, and one that jitters."""
+    """At seven samples a period, where a spline is off by 1 %: a slow error of the clock, and jitter."""
     time = 0.09 * np.arange(100)
     wander = 0.05 * np.sin(0.7 * time)
     uneven = time + (wander if stamps == "logger" else 0.03 * rng.uniform(-1.0, 1.0, time.size))

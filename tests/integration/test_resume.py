@@ -88,7 +88,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_figures: None) 
     return command
 
 
-def left_beside(folder: Path) -> list[str]:
+def parts_left(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir() if path.name.startswith("."))
 
 
@@ -101,9 +101,9 @@ def test_an_interrupted_run_goes_on(
     assert run(name, f"broken{end}", stop_after=1) == 1
     assert "--resume continues" in capsys.readouterr().err
     assert not (tmp_path / f"broken{end}").exists()
-    assert len(left_beside(tmp_path)) == 1
+    assert len(parts_left(tmp_path)) == 1
     assert run(name, f"broken{end}", "--resume") == PARTS[name] - 1
-    assert left_beside(tmp_path) == []
+    assert parts_left(tmp_path) == []
     assert numbers_of(tmp_path / f"broken{end}") == numbers_of(tmp_path / f"whole{end}")
 
 
@@ -146,7 +146,7 @@ def test_a_loop_of_a_fleet_has_a_line_for_each_record(
 def test_without_resume_a_run_starts_anew(run: Callable[..., int], tmp_path: Path) -> None:
     run("estimate", "out.zarr", stop_after=2)
     assert run("estimate", "out.zarr") == MACHINES
-    assert left_beside(tmp_path) == []
+    assert parts_left(tmp_path) == []
 
 
 def test_a_changed_option_or_input_starts_anew_and_says_so(
@@ -161,7 +161,7 @@ def test_a_changed_option_or_input_starts_anew_and_says_so(
     write_fleet(tmp_path / "fleet.zarr", friction=0.31)
     assert run("estimate", "out.zarr", "--peaks", "nominal", "--resume") == MACHINES
     assert ["starting anew" in text for text in said] == [True, True]
-    assert left_beside(tmp_path) == []
+    assert parts_left(tmp_path) == []
 
 
 def test_nothing_done_leaves_nothing(

@@ -1,4 +1,4 @@
-"""Whatever stands in a text file, reading it ends in a record or in an error that says what is wrong."""
+"""Whatever a text file contains, reading it ends in a record or in an error that says what is wrong."""
 
 from __future__ import annotations
 

@@ -204,7 +204,7 @@ def test_false_alarms_with_the_likelihood_are_as_stated(seed: int) -> None:
             using(5, seed + i, likelihood=True, replications=200, rate=rate)
         except AssertionError:
             alarms += 1
-    # checks of one parameter hang together, so that alarms are fewer than stated: 7 % of 1000 runs
+    # checks of one parameter are dependent, so that alarms are fewer than stated: 7 % of 1000 runs
     assert stats.binom.ppf(RARE, runs, 0.25 * rate) <= alarms <= stats.binom.isf(RARE, runs, rate)
 
 

@@ -61,7 +61,7 @@ def test_one_is_found_where_it_is_and_the_random_force_is_what_it_was(
     steady, start = fit_of(np.random.default_rng(7), force=force, order=order), rng.uniform(2.0, 6.0)
     knocked = fit_of(np.random.default_rng(7), [start], force, order)
     ((begins, ends),) = knock_times(knocked)
-    # an accelerometer cannot tell its onset from the jump of friction where the motion turns
+    # an accelerometer cannot separate its onset from the jump of friction where the motion turns
     assert start - 0.15 < begins < start + (LASTS if order == 2 else 0.03)
     assert start + LASTS - 0.03 < ends < start + LASTS + 0.15
     assert force_sd(knocked) == pytest.approx(force_sd(steady), rel=0.25, abs=2e-6)

@@ -1,7 +1,7 @@
-"""What an ordinary laboratory records: the default answers right, or refuses.
+"""What an ordinary laboratory records: the default estimates right, or refuses.
 
 The recipes are those of the experiment of this name, which share no code with the package; their seeds here
-are the suite's own. Groups of records are judged together: where 85 % of the intervals hold the friction that
+are the suite's own. Groups of records are judged together: where 85 % of intervals cover the friction that
 acted and 3 % are a whole interval off, the limits are passed once in 10,000 runs.
 """
 
@@ -51,7 +51,7 @@ ONCE = 1e-4
 
 
 class Verdict(NamedTuple):
-    """Whether a record was refused, and otherwise whether the answer covers, or is a whole interval off."""
+    """Whether a record was refused; else whether the interval covers, or the mean is a whole interval off."""
 
     refused: bool
     covers: bool

@@ -21,7 +21,7 @@ RELEASE, STEP = 0.02, 0.02
 def estimates(
     rng: np.random.Generator, share: float, count: int, *, noise: float = 0.0028, step: float = STEP
 ) -> np.ndarray:
-    """Relative error, whether the interval holds the truth, width over that of the plain fit: (count, 3)."""
+    """Relative error, whether the interval covers the truth, width over that of the plain fit: (count, 3)."""
     rows = []
     for _ in range(count):
         friction = RELEASE / rng.uniform(80.0, 160.0)

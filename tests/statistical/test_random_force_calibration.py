@@ -1,7 +1,7 @@
 """The regression under a random force, given its size and correlation time, is calibrated.
 
 The records come from a dense covariance by quadrature, which shares no code with the filter. Their noise has
-unit sd, which the analyst does not know: its prior is improper, and the record's hundreds of samples tell it.
+unit sd, which the analyst does not know: its prior is improper, and hundreds of samples determine it.
 """
 
 from __future__ import annotations

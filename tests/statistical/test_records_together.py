@@ -27,7 +27,7 @@ def test_mean_and_spread_of_eight_releases(spread: float, seed: int) -> None:
     report = fb.close_loop(records, SYSTEM, seed=1, effects=EFFECTS, varying_friction=True)
     between = report.friction_between_records
     assert between is not None
-    # what eight releases say of their distribution: sd of the mean and of the logarithm of the spread
+    # what eight releases determine of their distribution: sd of the mean and of the logarithm of the spread
     assert abs(report.friction_after["mean"] - MEAN) < 4.0 * spread * MEAN / np.sqrt(8)
     assert np.log(between["share_of_friction"] / spread) == pytest.approx(0.0, abs=4.0 / np.sqrt(14))
     z = [

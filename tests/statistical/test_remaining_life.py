@@ -119,7 +119,7 @@ FASTER = 4.5
 
 
 def held_where_wear_kinks(rng: np.random.Generator) -> int:
-    """Of machines whose rate of wear rises at once, how many 90 % intervals hold the remaining life."""
+    """Of machines whose rate of wear rises at once, how many 90 % intervals cover the remaining life."""
     held = 0
     for _ in range(KINKED):
         times = np.sort(np.append(rng.uniform(0.0, 10.0, 22), [0.0, 10.0]))

@@ -14,7 +14,7 @@ SYSTEMS, RECORDS = 60, 25
 
 
 def hits(quantity: str, method: str, rng: np.random.Generator) -> np.ndarray:
-    """Whether 90 % intervals hold the truth, at 20 dB and random phases, frictions and levels."""
+    """Whether 90 % intervals cover the truth, at 20 dB and random phases, frictions and levels."""
     time = STEP * np.arange(SAMPLES)
     found = []
     for _ in range(SYSTEMS):

@@ -1,7 +1,7 @@
 """Friction next to a viscous damping that a record cannot show.
 
-The damping ratio is 1.3 standard deviations of what the record tells of it. An interval that covers in 87 %
-holds friction in fewer than nine of fourteen records with a probability of 0.6 %.
+The damping ratio is 1.3 standard deviations of its estimate from the record. An interval that covers in 87 %
+covers friction in fewer than nine of fourteen records with a probability of 0.6 %.
 """
 
 from __future__ import annotations

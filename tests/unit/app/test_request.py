@@ -1,4 +1,4 @@
-"""What the page asks for, as a command line and as Python lines: the two do the same."""
+"""The page's request, as a command line and as Python lines: the two do the same."""
 
 from __future__ import annotations
 

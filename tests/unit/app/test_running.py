@@ -24,7 +24,7 @@ def ended(run: Run) -> str:
 
 def test_complaints_and_stops(tmp_path: Path) -> None:
     (tmp_path / "decay.csv").write_text("time_s,displacement_m\n0,oops\n")
-    # a module of the folder must not stand for one of Python's
+    # a module of the folder must not shadow one of Python's
     (tmp_path / "numpy.py").write_text("raise SystemExit(3)")
     refused = Run(["estimate", "decay.csv", *SPRING], tmp_path)
     stopped = Run(["simulate", *SPRING, "--friction", "0.07", "--out", "decay.nc"], tmp_path)

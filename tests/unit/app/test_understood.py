@@ -1,4 +1,4 @@
-"""What the page says of a file, right or wrong."""
+"""What the page shows of a file, right or wrong."""
 
 from __future__ import annotations
 

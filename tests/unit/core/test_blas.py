@@ -63,16 +63,16 @@ def test_an_exception_leaves_no_limit_behind() -> None:
 @pytest.mark.parametrize("first_is_main", [False, True])
 def test_the_last_of_several_threads_lifts_the_limit(first_to_leave: int, first_is_main: bool) -> None:
     with ExitStack() as stack:
-        ask = [stack.enter_context(own_thread()) for _ in range(2)]
+        threads = [stack.enter_context(own_thread()) for _ in range(2)]
         if first_is_main:
-            ask[0] = lambda work: work()
-        held: list[AbstractContextManager[None]] = [single_threaded_blas() for _ in ask]
-        for each, context in zip(ask, held, strict=True):
+            threads[0] = lambda work: work()
+        held: list[AbstractContextManager[None]] = [single_threaded_blas() for _ in threads]
+        for each, context in zip(threads, held, strict=True):
             each(context.__enter__)
             assert blas_threads() == {1}
         for k in (first_to_leave, 1 - first_to_leave):
             assert blas_threads() == {1}
-            ask[k](lambda k=k: held[k].__exit__(None, None, None))
+            threads[k](lambda k=k: held[k].__exit__(None, None, None))
         assert blas_threads() == {FOUND}
 
 

@@ -1,4 +1,4 @@
-"""What an estimate says of itself in words."""
+"""The notes of an estimate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Default priors: scale with the system, weigh nothing next to data, and can all be set."""
+"""Default priors: scale with the system, count for nothing next to data, and can all be set."""
 
 from __future__ import annotations
 

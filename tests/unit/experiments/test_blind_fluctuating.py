@@ -89,7 +89,7 @@ def test_the_grid_is_fine_enough_for_the_shortest_correlation(
     # what the finer path has between the points, integrated; it grows as the square root of time, and the
     # longest record is five times as long
     assert np.max(np.abs(coarse_x - fine_x)) < 0.05 * SMALLEST_NOISE
-    # the force stands in an acceleration itself; its values between the points are a sixth of its sd off
+    # an acceleration contains the force itself; its values between the points are a sixth of its sd off
     jumps = np.abs(coarse_a - fine_a)
     assert np.sqrt(np.mean(np.minimum(jumps, law.friction) ** 2)) < 0.15 * SMALLEST_NOISE
 

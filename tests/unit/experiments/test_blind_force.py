@@ -103,7 +103,7 @@ def test_cells_and_tables_of_a_run(monkeypatch: pytest.MonkeyPatch, seed: int) -
     assert [result["after_verdict"] for result in results] == ["explained", "explained", "refused"]
     dataset = loop_blind_force.assemble(cells, results)
     table = {row.what: row for row in loop_blind_force.rows(dataset)}
-    assert table["true set of other effects among those holding 95 %"].ours.startswith("100")
+    assert table["true set of other effects among those that add up to 95 %"].ours.startswith("100")
     assert table["outside the catalogue: called unexplained"].ours.startswith("0 ")
     assert table["refused"].ours.startswith("33")
     kinds = loop_blind_force.EXPERIMENT.details
@@ -125,7 +125,7 @@ def test_full_run_extends_the_default_one() -> None:
 def test_a_rough_patch_is_no_fluctuation() -> None:
     """A random force takes up most of what it does to the motion, not that it stays where it is.
 
-    Friction that changes along a curve, one term more than a straight drift, would stand in for that.
+    Friction that changes along a curve, one term more than a straight drift, would explain that.
     """
     sealed = draw("rough_patch", np.random.SeedSequence([20261121, KINDS.index("rough_patch"), 0]))
     found = fb.close_loop(

@@ -1,4 +1,4 @@
-"""Classical estimators: exact where their model is, and what each says of a decay that it does not know."""
+"""Classical estimators: exact where their model is, and each on a decay that it does not model."""
 
 from __future__ import annotations
 

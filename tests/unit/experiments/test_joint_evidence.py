@@ -27,7 +27,7 @@ from experiments.runner import _cell_seed
 def test_combined_test_has_its_level(rng: np.random.Generator) -> None:
     sizes = abs(rng.normal(size=(3, 200)))
     found = [together(sizes, abs(rng.normal(size=3))).fisher for _ in range(2000)]
-    # 2000 repetitions tell a share of a tenth to 0.7 %
+    # 2000 repetitions give a share of a tenth to 0.7 %
     assert np.mean(np.array(found) < 0.1) == pytest.approx(0.1, abs=0.03)
 
 

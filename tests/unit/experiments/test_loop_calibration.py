@@ -246,6 +246,6 @@ def test_slight_effects_act_as_often_as_the_loop_states(rng: np.random.Generator
         nats_against(size, looked_at.force_variances(tau)) <= 0.5 * SETTINGS.unseen**2 for size, tau in forces
     )
     acting: dict[str, tuple[float, ...]] = {"curved_friction_drift": (0.0, 0.1), RANDOM_FORCE: (1e-3, 1.0)}
-    beside = drawn(acting, n)
-    assert not any({"friction_drift", RANDOM_FORCE} & set(each) for each in beside)
-    assert sum(bool(each) for each in beside) < (inclusion() + 3.5 * math.sqrt(inclusion() / n)) * n
+    others = drawn(acting, n)
+    assert not any({"friction_drift", RANDOM_FORCE} & set(each) for each in others)
+    assert sum(bool(each) for each in others) < (inclusion() + 3.5 * math.sqrt(inclusion() / n)) * n

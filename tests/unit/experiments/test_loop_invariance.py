@@ -1,4 +1,4 @@
-"""What is asked of a report where nothing changes but how its record is written."""
+"""The targets of a report where nothing changes but how its record is written."""
 
 from __future__ import annotations
 

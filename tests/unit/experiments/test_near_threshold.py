@@ -1,4 +1,4 @@
-"""The table of records near the threshold: what is asked of a kind, and of all kinds together."""
+"""The table of records near the threshold: figures and targets of a kind, and of all kinds together."""
 
 from __future__ import annotations
 
@@ -49,6 +49,6 @@ def test_all_kinds_together() -> None:
         reported[f"friction moves by less than 0.5 sd with priors of effects ten times as {word}"]
         for word in ("narrow", "wide")
     )
-    assert narrow.remark == "179 records, largest 0.2 sd; not told in 0"
+    assert narrow.remark == "179 records, largest 0.2 sd; unknown in 0"
     assert wide.ours.startswith("99.4 ")
-    assert wide.remark == "178 records, largest 0.7 sd; not told in 1"
+    assert wide.remark == "178 records, largest 0.7 sd; unknown in 1"

@@ -34,12 +34,12 @@ RIG = Rig(mass=10.0, stiffness=1000.0, friction=1.0)
 LAYOUT = Layout(rig=RIG, amplitude=0.05, begin=0.3, step=0.005, samples=800)
 MOTION = CoulombMotion(RIG, 0.05)
 GENERATORS = Path(ordinary_records.__file__).parent / "ordinary"
-ANSWERS = {"judged.py", "table.py", "__main__.py"}
+RESULTS = {"judged.py", "table.py", "__main__.py"}
 
 
 def test_generators_share_nothing_with_the_package() -> None:
     for path in GENERATORS.glob("*.py"):
-        if path.name in ANSWERS:
+        if path.name in RESULTS:
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []

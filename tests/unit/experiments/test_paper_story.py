@@ -1,4 +1,4 @@
-"""The page on the paper quotes the tables of the documentation, and stands as it is written from them."""
+"""The page on the paper quotes the tables of the documentation, and is what they make it."""
 
 from __future__ import annotations
 

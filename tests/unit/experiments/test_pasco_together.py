@@ -8,7 +8,7 @@ import pytest
 
 from experiments.pasco_together import ANGLES, CURVES, KINDS, NUMBERS, TEXTS, assemble, rows
 
-TOLD = (
+FIELDS = (
     dict.fromkeys(TEXTS, "")
     | dict.fromkeys(CURVES, [0.0] * ANGLES.size)
     | {"candidates": '[{"effects": [], "probability": 1.0}]', "unit": "N m"}
@@ -21,7 +21,7 @@ TOLD = (
 def test_the_targets_are_damping_found_and_friction_unmoved(
     viscous: float, friction: float, words: tuple[str, str]
 ) -> None:
-    texts = TOLD | {"position_force": "{}"}
+    texts = FIELDS | {"position_force": "{}"}
     numbers = dict.fromkeys(NUMBERS, 0.1)
     results = [
         numbers | texts | {"viscous": 0.01, "friction": 2.5},
@@ -40,6 +40,6 @@ def test_the_force_that_repeats_with_every_turn_is_compared_between_the_kinds() 
     # short, and what it lacks is not compared
     without = {"once_sine": [1.0, 0.3], "once_cosine": [2.0, 0.3], "twice_sine": [0.0, 0.0]}
     with_force = {"once_sine": [1.3, 0.4], "once_cosine": [1.6, 0.4], "twice_sine": [0.5, 0.1]}
-    results = [numbers | TOLD | {"position_force": json.dumps(force)} for force in (without, with_force)]
+    results = [numbers | FIELDS | {"position_force": json.dumps(force)} for force in (without, with_force)]
     row = rows(assemble([{"kind": kind} for kind in KINDS], results))[3]
     assert row.ours == "correlation 1.00; reduced chi-square of the difference 0.5, of the force 21"

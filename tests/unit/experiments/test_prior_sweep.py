@@ -53,7 +53,7 @@ def test_errors_of_numbers_are_those_of_repeated_experiments(rng: np.random.Gene
         "pooled": pooled(lambda after: error(after).mean("replicate").values),
         "in band": in_band(error, 0.1),
     }
-    # each reading of a peak is a repetition: 100 of them tell a standard deviation to 7 %
+    # each reading of a peak is a repetition: 100 of them give a standard deviation to 7 %
     runs = after_of(rng.normal(0.2, 0.1, (80, 100, 3)), prior)
     for name, of in numbers.items():
         found, its_error = of(runs)

@@ -135,7 +135,7 @@ def test_a_forecast_is_of_all_laws_each_as_probable_as_after_the_whole_record(
         return drawn[-1]
 
     monkeypatch.setattr(forecast, "draw_laws", kept)
-    # damping and drag cannot be told apart under as much noise
+    # damping and drag cannot be separated under as much noise
     candidates = alone(1e-4)
     candidates.forecasts()
     (laws,) = drawn[0].records
@@ -242,7 +242,7 @@ def test_a_further_record_would_have_a_friction_of_its_own(joint: Candidates) ->
 
 
 def test_a_force_of_several_frictions_is_a_candidate() -> None:
-    """How large it is speaks for friction that is hardly known, not against the force."""
+    """Its size is evidence that friction is hardly known, not against the force."""
     candidates = together(share=4.0)
     forced = ["random_force" in names for names in candidates.sets]
     assert candidates.probabilities[forced].sum() > 0.99

@@ -10,7 +10,7 @@ from unsteady_decays import bent_record, fitted, ringing_record
 
 
 def test_a_parameter_is_drawn_with_the_law_that_it_shapes(rng: np.random.Generator) -> None:
-    """The parameter of a draw lies in the part of the prior that its own set of columns stands for."""
+    """The parameter of a draw lies in the part of the prior that its own set of columns represents."""
     fit = fitted(bent_record(rng, 0.0), ("viscous_damping", "presliding", "stribeck_friction"))
     # weights of the prior, so that every shape is drawn at several sizes of the force
     weight = np.ones_like(fit.posterior.weight) * np.exp(fit.sets.log_prior)

@@ -72,7 +72,7 @@ def test_every_single_effect_is_evaluated(seed: int) -> None:
 def test_combinations_are_found(settings: dict[str, float], seed: int) -> None:
     found = evaluated(long_decay(seed=seed, effects=settings))
     names, best = frozenset(key.partition(".")[0] for key in settings), found.sets[0]
-    # one law of dissipation may stand for another, but none may be missing
+    # one law of dissipation may explain another, but none may be missing
     assert bool(best & DISSIPATION) >= bool(names & DISSIPATION)
     assert best - DISSIPATION == names - DISSIPATION
     # what was planted is a hundred times less probable than the best in fewer than one record in a hundred

@@ -238,7 +238,7 @@ def test_a_measured_force_is_set_beside_both_models(seed: int) -> None:
     assert force_error["after"] < 0.3 * force_error["before"]
     forces = report.traces[0].forces
     assert forces is not None
-    # at a turning point the sign hangs on the last digit of the phase
+    # at a turning point the sign depends on the last digit of the phase
     assert np.median(np.abs(forces[2] - force[: forces[2].size])) < 0.01
     with pytest.raises(fb.InputError, match="reference_force"):
         fb.close_loop([record], SYSTEM, seed=1, reference_force=force[:-1])

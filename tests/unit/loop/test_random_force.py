@@ -1,4 +1,4 @@
-"""The loop with a force that fluctuates: its columns, what it finds, and what it leaves."""
+"""The loop with a force that fluctuates: its columns, what it finds, and its residual."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ LINEAR = {
 
 @pytest.mark.parametrize("name", [*LINEAR, "presliding"])
 def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
-    """A law's own motion is what its columns answer to it, in the parameters' own units."""
+    """A law's own motion is the sum of its columns times the parameters, in their own units."""
     w0 = SYSTEM.natural_frequency
     friction = 1.1 * FRICTION / SYSTEM.stiffness
 
@@ -171,8 +171,8 @@ def test_a_record_without_one_hardly_notices(seed: int) -> None:
     assert sum(c["probability"] for c in averaged.candidates) == pytest.approx(1.0)
 
 
-def test_how_long_a_record_rests_does_not_speak_against_a_force() -> None:
-    """Noise that stands for a force is large while it moves; what rests is worth the same to both."""
+def test_how_long_a_record_rests_is_no_evidence_against_a_force() -> None:
+    """Noise that explains a force is large while it moves; the rest has the same likelihood under both."""
     friction, step, noise = 1.5e-3, 0.003, 1e-6
     rng = np.random.default_rng(3)
     moving = fluctuating_decay(
@@ -393,7 +393,7 @@ def test_noise_has_no_line_at_an_end_of_its_spectrum(rng: np.random.Generator) -
 
 
 def test_the_next_experiment_is_named_under_a_random_force() -> None:
-    """Half a minute would tell two drags apart; twelve seconds do not, and what would is named."""
+    """Half a minute would separate two drags; twelve seconds do not, and a better experiment is named."""
     effects = fluctuating_friction() | {"viscous_damping.damping_ratio": 0.004}
     record = slow_decay(duration=12.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=effects)
     tried = ["viscous_damping", "quadratic_drag", "friction_drift", "random_force"]

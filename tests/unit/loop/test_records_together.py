@@ -216,7 +216,7 @@ def test_a_measured_force_is_compared_with_several_records() -> None:
 
 
 def test_the_next_experiment_is_named_for_several_records() -> None:
-    """Two releases from one place do not tell two drags apart; one from another would."""
+    """Two releases from one place do not separate two drags; one from another place would."""
     records = [
         slow_decay(
             duration=10.0,
@@ -259,7 +259,7 @@ def test_a_drift_of_friction_is_each_records_own() -> None:
 
 
 def test_a_shared_effect_that_differs_is_a_contradiction(report: fb.LoopReport) -> None:
-    """Friction may differ between releases, damping may not: nothing else would tell."""
+    """Friction may differ between releases, damping may not: nothing else would show it."""
     damped = [
         slow_decay(
             friction=0.07,

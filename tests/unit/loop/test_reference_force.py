@@ -53,7 +53,7 @@ def test_the_fluctuation_is_the_one_that_acted(
 ) -> None:
     trace = report.traces[0].fluctuation
     assert trace is not None
-    # at the release it stands still, and has no direction
+    # at the release the mass is at rest, and friction has no direction
     found, sd, true = (x[1 : trace.force.size] for x in (trace.force, trace.sd, measured["fluctuation"]))
     # the smoother is as near to it as its bands say
     expected = np.sqrt(1.0 - np.mean(sd**2) / np.var(true))

@@ -1,4 +1,4 @@
-"""What a report shows of itself in one line and as a table, and what it asks for where nothing explains."""
+"""A report in one line and as a table, and the experiment it proposes where nothing explains the record."""
 
 from __future__ import annotations
 

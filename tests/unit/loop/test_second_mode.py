@@ -72,8 +72,8 @@ def test_it_is_found_where_no_force_fluctuates() -> None:
     assert report.held_out_error["after"] < 1.2e-4
 
 
-def test_a_steady_line_that_stood_for_one_that_dies_out_goes(rng: np.random.Generator) -> None:
-    """Of the whole record's spectrum it is the first to be found, and interference is there besides."""
+def test_a_steady_line_that_imitated_one_that_dies_out_goes(rng: np.random.Generator) -> None:
+    """Of the whole record's spectrum it is the first to be found, and there is interference too."""
     record = ringing_record(rng, 0.02, 1.5)
     steady = 0.01 * RELEASE * np.sin(2.0 * np.pi * 7.0 * record["time"].values)
     fit = fitted(record + steady, OFFERED)

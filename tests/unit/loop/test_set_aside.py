@@ -163,7 +163,7 @@ def test_samples_at_a_ceiling_that_may_not_be_one_were_measured(rng: np.random.G
     rivals = ("viscous_damping", "cubic_stiffness", "sensor_nonlinearity", "outliers", "random_force")
     report = fb.close_loop([record], SYSTEM, seed=1, effects=rivals)
     assert not any("sensor_clipping" in c["effects"] for c in report.candidates)
-    # a bent scale stands for it, and is not the only one that may
+    # a bent scale explains it, and is not the only effect that may
     assert report.verdict in ("ambiguous", "unexplained")
 
 

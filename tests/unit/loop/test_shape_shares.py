@@ -22,7 +22,7 @@ def test_shares_of_the_prior_follow_it(rng: np.random.Generator, name: str) -> N
     np.testing.assert_allclose(ends[1:, 0], ends[:-1, 1], rtol=1e-9)
     if name == "presliding":
         mass = np.diff(halfnorm.cdf(ends, scale=RELEASE / 50.0), axis=1)[:, 0]
-        # a part stands for its middle, on the scale of normal scores
+        # a part is represented by its middle, on the scale of normal scores
         np.testing.assert_allclose(share, mass / mass.sum(), rtol=0.1, atol=0.003)
     assert np.argmax(share) == len(share) // 2
 

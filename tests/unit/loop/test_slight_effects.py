@@ -1,4 +1,4 @@
-"""Damping and drift too slight to show: their posterior, and what friction answers for."""
+"""Damping and drift too slight to show: their posterior, and what they do to friction's."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_friction_follows_and_is_never_negative() -> None:
 
 
 def test_a_short_record_of_damping_alone_does_not_claim_dry_friction(seed: int) -> None:
-    """Eleven half cycles in noise do not tell the two laws apart.
+    """Eleven half cycles in noise do not separate the two laws.
 
     Of 24 records friction mattered with a probability of 0.82 in the mean, and two of three intervals began
     at zero; while draws that damping would have made negative kept their friction, 0.91 and three of eight.
@@ -96,8 +96,8 @@ def test_a_short_record_of_damping_alone_does_not_claim_dry_friction(seed: int) 
     assert np.count_nonzero(np.array(begin) < 0.01) >= 2
 
 
-def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:
-    """Cut long before it rests, a decay hardly tells a slight damping from friction."""
+def test_a_plain_record_allows_for_damping_unless_that_is_excluded() -> None:
+    """Cut long before it rests, a decay hardly separates a slight damping from friction."""
     record = slow_decay(seed=3)
     with_damping = fb.close_loop([record], SYSTEM, effects=["viscous_damping"], seed=1).friction_after
     without = fb.close_loop([record], SYSTEM, effects=[], seed=1).friction_after
@@ -106,11 +106,11 @@ def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:
 
 
 @pytest.mark.parametrize(("change", "seed"), [(-0.03, 4), (0.03, 8)])
-def test_a_gain_that_drifts_either_way_may_be_answered_for(change: float, seed: int) -> None:
+def test_a_gain_that_drifts_either_way_may_be_covered(change: float, seed: int) -> None:
     """Less than can be seen, it takes friction off by as much as damping of either sign.
 
-    Of 16 such records the interval held friction in 11, and in none without damping: what a slight effect is
-    worth beforehand decides, see docs/near_threshold.md.
+    Of 16 such records the interval covered friction in 11, and in none without damping: the prior of a slight
+    effect decides, see docs/near_threshold.md.
     """
     record = slow_decay(seed=seed)
     drifting = record * (1.0 + change * (record["time"] / 14.0 - 0.5))
@@ -125,8 +125,8 @@ def test_a_gain_that_drifts_either_way_may_be_answered_for(change: float, seed: 
     assert not low < 0.07 < high
 
 
-def test_releases_from_one_place_answer_for_damping_too() -> None:
-    """Two of them tell damping from friction hardly better than one, and each one's friction follows."""
+def test_releases_from_one_place_allow_for_damping_too() -> None:
+    """Two of them separate damping from friction hardly better than one, and each one's friction follows."""
     records = [slow_decay(sampling_rate=100.0, seed=seed) for seed in (3, 4)]
     with_damping, without = (
         fb.close_loop(records, SYSTEM, effects=[*effects, "random_force"], seed=1)

@@ -44,7 +44,7 @@ def test_backlash_waits_after_each_turning_point_until_its_play_is_taken_up():
     shown = simulate(SYSTEM, **COMMON, effects=backlash).values
     behind, moved = x - shown, np.diff(shown)
     assert np.abs(behind).max() <= lag * (1.0 + 1e-12)
-    # between the ends of the play it stands still, at them it goes with the motion
+    # between the ends of the play the reading is still, at them it follows the motion
     between = np.abs(behind[1:]) < lag * (1.0 - 1e-9)
     assert 0.05 < between.mean() < 0.95
     assert np.abs(moved[between & np.roll(between, 1)][1:]).max() < 1e-15

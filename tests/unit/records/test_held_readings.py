@@ -111,6 +111,6 @@ def test_one_reading_that_stands_for_periods_is_no_gap() -> None:
     values, _ = held(100.0, 25.0)
     values[200:294] = values[200]
     record = fb.make_record(np.arange(values.size) / 100.0, values, "displacement")
-    for ask in (lambda: fb.estimate(record, SYSTEM), lambda: fb.close_loop([record], SYSTEM)):
+    for analyse in (lambda: fb.estimate(record, SYSTEM), lambda: fb.close_loop([record], SYSTEM)):
         with pytest.raises(fb.InputError, match=r"one reading is held for 0\.9\d s.*no sample is missing"):
-            ask()
+            analyse()

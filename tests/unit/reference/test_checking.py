@@ -1,4 +1,4 @@
-"""The check of an estimate: what its verdict says, and when it says nothing."""
+"""The check of an estimate: its verdict, and when there is none."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class Outline(HTMLParser):
 
 @pytest.fixture
 def drawn() -> dict[str, bytes]:
-    """Stand-ins for the figures of one record."""
+    """Placeholders for the figures of one record."""
     names = ("candidates", "friction", "signal", "residual", "turning_points")
     return {name: f"<svg><title>{name}</title></svg>".encode() for name in names}
 

@@ -25,7 +25,7 @@ def one(size, log_tau):
 
 
 def two(size, log_tau):
-    """Two modes and a valley ten nats deep between them; the later one stands two nats lower."""
+    """Two modes and a valley ten nats deep between them; the later one is two nats lower."""
     early = 30.0 + narrow(size, log_tau, centre=-1.4, sd=0.35)
     return np.logaddexp(early, 28.0 + narrow(size, log_tau, centre=1.7, sd=0.35))
 

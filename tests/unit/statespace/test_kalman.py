@@ -148,10 +148,12 @@ def test_jump_scores_are_those_of_a_dense_normal(sensor: int, rng: np.random.Gen
     shown_by_jump = np.einsum("nad,a->nd", jump_responses(clock, tau)[:, :, :, 2], row)[used]
     score = shown_by_jump.T @ inverse @ column[used]
     information = np.einsum("nd,nm,md->d", shown_by_jump, inverse, shown_by_jump)
-    telling = information > 0.02 * np.median(information)
+    informative = information > 0.02 * np.median(information)
     found = jump_scores(column, clock, row, ratio, tau)
-    np.testing.assert_allclose(found[telling], score[telling] / np.sqrt(information[telling]), rtol=1e-7)
-    assert not found[~telling].any()
+    np.testing.assert_allclose(
+        found[informative], score[informative] / np.sqrt(information[informative]), rtol=1e-7
+    )
+    assert not found[~informative].any()
 
 
 def test_a_force_that_may_jump_in_one_interval_adds_a_response_of_that_size(rng) -> None:
@@ -306,8 +308,8 @@ def test_a_pendulum_is_as_stiff_as_its_restoring_force_is_steep(samples_per_peri
         atol=1e-11,
     )
     moved = 1e4 * (near.y - swing.y)
-    answer = initial_response(phase, path.stiffness)[:, :, 0].T
-    np.testing.assert_allclose(answer, moved, atol=error * np.abs(moved).max())
+    response = initial_response(phase, path.stiffness)[:, :, 0].T
+    np.testing.assert_allclose(response, moved, atol=error * np.abs(moved).max())
     # an accelerometer reads the change of the restoring force itself
     shown = at_sensor(initial_response(phase, path.stiffness), sensor_row(2, path.slope))[:, 0]
     change = 1e4 * (path.reading(2, *near.y) - path.reading(2, *swing.y))
@@ -689,7 +691,7 @@ def test_the_grid_of_the_force_ends_where_the_prior_does(edge: str, beyond: floa
     density = np.exp(bump.log_likelihood(ratio, tau) + prior.log_density(ratio, tau))
     mass = np.trapezoid(np.trapezoid(density, log_ratio, axis=0), log_tau)
     found = np.exp(posterior.log_evidence) - prior.none
-    # where the density still rises at the end, the middle of a cell's part within stands for it roughly
+    # where the density still rises at the end, the middle of a cell's part within represents it roughly
     assert found == pytest.approx(mass, rel=0.07)
     moments = [
         np.trapezoid(np.trapezoid(density * ratio**k, log_ratio, axis=0), log_tau) / mass for k in (1, 2)

@@ -1,4 +1,4 @@
-"""What an agreement says, and when it says nothing."""
+"""The verdict of an agreement, and when there is none."""
 
 from __future__ import annotations
 

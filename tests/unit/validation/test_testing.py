@@ -118,7 +118,7 @@ def test_exchanged_axes_are_separated_from_many_short_chains(rng: np.random.Gene
             InputError, match=r"draws: read as 5000 chains of .* put steps last, such as draws\.T"
         ):
             testing.assert_agreement(stats.norm(), exchanged, **options)
-    # many chains side by side, each of steps that hang together, and steps of which none does
+    # many chains at once, each of correlated steps, and steps without correlation
     many = chains.reshape(4, 500, 10)[:, ::5].reshape(400, 10)
     for right in (rng.permutation(many), rng.standard_normal((5000, 4))):
         assert testing.assert_agreement(stats.norm(), right, **options).agrees

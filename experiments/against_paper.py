@@ -1,4 +1,4 @@
-"""Rows of the closing tables: ours over the noise seeds beside the paper's one number."""
+"""Rows of the closing tables: ours over the noise seeds, and the paper's one number."""
 
 from __future__ import annotations
 
@@ -90,8 +90,8 @@ def detail_rows(dataset: xr.Dataset, levels: Sequence[str]) -> list[Mapping[str,
             one = stacked.isel(level=i).sel({"method": method})
             named = {name: _label(one[name].item()) for name in levels}
             lines.append(named | {"method": method} | _figures(one) | three_columns(one))
-    told = [heading for heading in lines[0] if any(line[heading] for line in lines)]
-    return [{heading: line[heading] for heading in told} for line in lines]
+    filled = [heading for heading in lines[0] if any(line[heading] for line in lines)]
+    return [{heading: line[heading] for heading in filled} for line in lines]
 
 
 def _label(value: float | str) -> str:
