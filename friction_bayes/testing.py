@@ -202,7 +202,7 @@ def assert_coverage(
     minimum_replications: int = 100,
     false_alarm_rate: float = 0.01,
 ) -> Coverage:
-    """Assert that intervals hold the truth as often as they claim: neither less nor more.
+    """Assert that intervals cover the truth as often as they claim: neither less nor more.
 
     Parameters
     ----------

@@ -507,7 +507,7 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
 
 
 def _sensitivity(shifts: Mapping[str, float | None]) -> str:
-    """How far friction hangs on how large effects were taken to be beforehand."""
+    """How far friction depends on how large effects were taken to be beforehand."""
     widths = {"narrow": shifts["0.1"], "wide": shifts["10"]}
     moves = [
         f"{number(shift, 2)} sd were they ten times as {width}"

@@ -93,7 +93,7 @@ class Coverage:
         """Return the figures in one line."""
         within = f" +- {self.tolerance:g}" if self.tolerance else ""
         return (
-            f"{self.rate:.4f} +- {self.standard_error:.4f} of {self.replications} intervals hold the truth, "
+            f"{self.rate:.4f} +- {self.standard_error:.4f} of {self.replications} intervals cover the truth, "
             f"{self.level:g}{within} should (p = {self.p_value:.2g})"
         )
 
