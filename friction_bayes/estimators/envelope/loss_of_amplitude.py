@@ -55,7 +55,7 @@ _LEAST_FREEDOM = 2
 _EXPONENTS = 400
 """Number of equally probable exponents of the record that represent their prior."""
 _ROUNDS = 4
-"""Iterations in which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
+"""Iterations in which amplitudes in motion, and what is lost in proportion to them, are those fitted."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
 EXACT_TO = 5e-4
@@ -75,9 +75,8 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
         In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
         few half cycles determine it.
     """
-    response, design, _ = _rows(decay, damped=False)
-    found = _regressed(response, design)
-    return None if found is None else found.coefficient
+    found = _law(decay, damped=False)
+    return None if found is None else found.posterior.coefficient
 
 
 class FasterLoss(NamedTuple):
@@ -112,23 +111,10 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     FasterLoss or None
         None where there are too few half cycles to compute it.
     """
-    response, design, place = _rows(decay, damped=True)
-    alone = _regressed(response, design, exact=EXACT_TO**2)
-    if alone is None:
+    law = _law(decay, damped=True)
+    if law is None:
         return None
-    # up to the place of each amplitude, so that what is lost within its half cycle is taken as sampled
-    size = place.size
-    share, ratio = design[:size, _AMPLITUDE], design[:size, _FRICTION] / design[:size, _AMPLITUDE]
-    step, fitted = 0.5 * np.diff(place), response[:size] / share
-    column, damped = np.zeros(response.size), alone
-    for _ in range(_ROUNDS):
-        lost = np.concatenate([[0.0], np.cumsum(0.5 * step * (fitted[1:] + fitted[:-1]))])
-        column[:size] = -share * lost
-        found = _regressed(response, np.column_stack([design, column]), exact=EXACT_TO**2)
-        if found is None:
-            return None
-        damped = found
-        fitted = damped.start + ratio * damped.coefficient.mean() - damped.last.mean() * lost
+    damped, fitted, lost = law
     sd = max((fitted[0] - fitted[-1]) / lost[-1], 0.0)
     exponents = sd * stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
@@ -151,15 +137,48 @@ class _Regressed(NamedTuple):
     last: Mixture
 
 
-def _rows(decay: FreeDecay, *, damped: bool) -> tuple[Array, Array, Array]:
-    """See :func:`~friction_bayes.estimators.envelope.half_cycle_rows.half_cycle_rows`."""
+class _Law(NamedTuple):
+    """A regression of the amplitudes, those it gives of the half cycles in motion, and their integral."""
+
+    posterior: _Regressed
+    fitted: Array
+    lost: Array
+
+
+def _law(decay: FreeDecay, *, damped: bool) -> _Law | None:
+    """Amplitudes under dry friction, or with a part in proportion to them as well; None where too few.
+
+    A half cycle whose amplitude would not be positive does not take place: the mass is at rest.
+    """
     decay = decay.on_even_grid()
     polynomial, values, _ = tracked_phase(decay, damped=damped)
     swing = swing_frequency(decay.system, decay.unit)
-    return half_cycle_rows(values, polynomial, decay.quantity.order, swing)
+    response, design, place = half_cycle_rows(values, polynomial, decay.quantity.order, swing)
+    size, moving = place.size, np.ones(response.size, np.bool_)
+    share, ratio = design[:size, _AMPLITUDE], design[:size, _FRICTION] / design[:size, _AMPLITUDE]
+    step, fitted = 0.5 * np.diff(place), response[:size] / share
+    for _ in range(_ROUNDS):
+        # up to the place of each amplitude, so that what is lost within its half cycle is taken as sampled
+        lost = np.concatenate([[0.0], np.cumsum(step * (fitted[1:] + fitted[:-1]))])
+        columns = design
+        if damped:
+            column = np.zeros(response.size)
+            column[:size] = -share * lost
+            columns = np.column_stack([design, column])
+        found = _regressed(response[moving], columns[moving], EXACT_TO**2 if damped else _EXACT)
+        if found is None:
+            return None
+        fitted = found.start + ratio * found.coefficient.mean()
+        if damped:
+            fitted = fitted - found.last.mean() * lost
+        before, moving[:size] = moving[:size].copy(), np.logical_and.accumulate(fitted > 0.0)
+        if not damped and np.array_equal(moving[:size], before):
+            break
+    last = int(np.count_nonzero(moving[:size]))
+    return _Law(found, fitted[:last], lost[:last])
 
 
-def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regressed | None:
+def _regressed(response: Array, design: Array, exact: float) -> _Regressed | None:
     """Posterior averaged over the walk of the amplitudes; None where their scatter cannot be estimated.
 
     The residual is taken to be at least the share ``exact`` of their sum of squares.

@@ -85,6 +85,26 @@ def test_friction_with_damping_is_right_to_the_end_of_the_record(
     assert k * found.coefficient.ppf(0.02) < true < k * found.coefficient.ppf(0.98)
 
 
+@pytest.mark.parametrize("zeta", [0.05, 0.1])
+def test_a_mass_at_rest_has_no_half_cycle(zeta: float) -> None:
+    """Long at rest on record, without noise: one half cycle too many is located, of no amplitude."""
+    system, friction = fb.Oscillator(mass=10.0, stiffness=1000.0), 0.07
+    record = fb.simulate(
+        system,
+        friction=friction,
+        initial_displacement=0.007,
+        duration=18.85,
+        sampling_rate=1000.0,
+        seed=1,
+        effects={"viscous_damping.damping_ratio": zeta},
+    )
+    found = faster_loss(find_free_decay(record, system))
+    assert found is not None
+    low, high = system.stiffness * found.coefficient.ppf([0.05, 0.95])
+    assert low < friction < high
+    assert high - low < 0.03 * friction
+
+
 @pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
 @pytest.mark.parametrize("zeta", [0.17, 0.2])
 @pytest.mark.parametrize("duration", [0.8, 1.2])
