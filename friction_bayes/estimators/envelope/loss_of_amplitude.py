@@ -157,7 +157,11 @@ def _law(decay: FreeDecay, *, damped: bool) -> _Law | None:
     size, moving = place.size, np.ones(response.size, np.bool_)
     share, ratio = design[:size, _AMPLITUDE], design[:size, _FRICTION] / design[:size, _AMPLITUDE]
     step, fitted = 0.5 * np.diff(place), response[:size] / share
-    for _ in range(_ROUNDS):
+    law = None
+    # without damping only what is in motion may change from the first round to the second
+    for again in range(_ROUNDS if damped else 2):
+        if again > 0:
+            moving[:size] = np.logical_and.accumulate(fitted > 0.0)
         # up to the place of each amplitude, so that what is lost within its half cycle is taken as sampled
         lost = np.concatenate([[0.0], np.cumsum(step * (fitted[1:] + fitted[:-1]))])
         columns = design
@@ -168,14 +172,10 @@ def _law(decay: FreeDecay, *, damped: bool) -> _Law | None:
         found = _regressed(response[moving], columns[moving], EXACT_TO**2 if damped else _EXACT)
         if found is None:
             return None
-        fitted = found.start + ratio * found.coefficient.mean()
-        if damped:
-            fitted = fitted - found.last.mean() * lost
-        before, moving[:size] = moving[:size].copy(), np.logical_and.accumulate(fitted > 0.0)
-        if not damped and np.array_equal(moving[:size], before):
-            break
-    last = int(np.count_nonzero(moving[:size]))
-    return _Law(found, fitted[:last], lost[:last])
+        last = np.count_nonzero(moving[:size])
+        fitted = found.start + ratio * found.coefficient.mean() - damped * found.last.mean() * lost
+        law = _Law(found, fitted[:last], lost[:last])
+    return law
 
 
 def _regressed(response: Array, design: Array, exact: float) -> _Regressed | None:
