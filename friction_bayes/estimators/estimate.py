@@ -16,7 +16,7 @@ from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.core.text import number
+from friction_bayes.core.text import interval, number
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
@@ -242,19 +242,19 @@ def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
 
-    def interval(coefficient: Any) -> str:
-        low, high = (number(factor * float(coefficient.ppf(p)), 3) for p in TAILS)
-        return f"{low} .. {high} {unit} (90 %)"
+    def of(coefficient: Any) -> str:
+        low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
+        return f"{interval(low, high, 3)} {unit} (90 %)"
 
     if float(faster.coefficient.cdf(0.0)) > _MAY_BE_NONE:
         damped = "with damping there need be no dry friction"
     else:
-        damped = f"with damping dry friction is {interval(faster.coefficient)} by the amplitudes"
+        damped = f"with damping dry friction is {of(faster.coefficient)} by the amplitudes"
     reported = "this is reported" if fit.witness is None else "the interval reported spans both"
     text = (
         f"{decay.name}: the amplitude falls faster while it is larger (probability "
         f"{number(faster.probability, 3)}), as under viscous damping, drag or friction that falls with time: "
-        f"{damped}, alone it would have to be {interval(fit.coefficient)}, and {reported}; "
+        f"{damped}, alone it would have to be {of(fit.coefficient)}, and {reported}; "
         "closing the loop (close-loop) separates them"
     )
     warnings.warn(text, RecordWarning, stacklevel=3)
