@@ -22,7 +22,7 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
-from friction_bayes.estimators.witness import Witness, not_negative, reconciled
+from friction_bayes.estimators.witness import Reading, Witness, not_negative, readings
 
 __all__ = [
     "SURELY_NEGATIVE",
@@ -153,10 +153,11 @@ class Fit:
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
     faster_loss : FasterLoss or None
-        The loss of amplitude where it is surely not that of dry friction alone, once it was looked for.
+        Whether the loss of amplitude is not that of dry friction alone; None where there are too few half
+        cycles, or the amplitudes were not looked at.
     answer : frozen scipy.stats distribution or Mixture
-        Friction coefficient as it is reported: ``coefficient``, reconciled with the witness and not
-        negative, where there is a witness.
+        Friction coefficient as it is reported: ``coefficient``, with the witness and what a faster loss
+        leaves to friction, and not negative, where there is a witness.
     """
 
     coefficient: Any
@@ -184,13 +185,18 @@ class Fit:
 
     @cached_property
     def answer(self) -> Any:
-        return self.coefficient if self.witness is None else not_negative(self.coefficient, self.witness)
+        return self.coefficient if self.witness is None else not_negative(self._readings)
+
+    @property
+    def _readings(self) -> list[Reading]:
+        if self.witness is None:
+            return [Reading(1.0, self.coefficient)]
+        return readings(self.coefficient, self.witness, self.faster_loss)
 
     @property
     def probability_negative(self) -> float:
         """Probability that friction is negative, before the answer is truncated at zero."""
-        known = self.coefficient if self.witness is None else reconciled(self.coefficient, self.witness)
-        return float(known.cdf(0.0))
+        return sum(share * float(each.cdf(0.0)) for share, each in self._readings)
 
     @property
     def surely_negative(self) -> bool:

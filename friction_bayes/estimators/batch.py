@@ -31,7 +31,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
-from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
@@ -402,7 +402,7 @@ def _judged(
         decay, faster = looked_at.get(row, (None, False))
         if decay is None and (system.angular or not straight[row]):
             decay = decays.decay(row)
-            faster = not straight[row] and surely_faster_loss(decay) is not None
+            faster = not straight[row] and _sure(faster_loss(decay))
         if decay is not None:
             found["later_start"][row] = decay.later > 0
             found["faster_loss"][row] = faster
@@ -411,6 +411,10 @@ def _judged(
     for name, applies in found.items():
         judged[applies] |= _BIT[name]
     return np.where(used, judged, 0)
+
+
+def _sure(faster: FasterLoss | None) -> bool:
+    return faster is not None and faster.sure
 
 
 def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
@@ -503,9 +507,9 @@ def _answered(
 
     But where a glance at the residual shows white noise alone, and amplitudes do not surely fall as under
     damping, which they do not in records that are ``straight``: the fit is the answer there, and what
-    ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
-    records that were answered, ``flags`` with what their forces are warned of for. Returned too are the
-    decays that were looked at, by row, and whether their amplitude falls faster while it is larger.
+    ``estimate`` adds to it is a force and a damping that are not excluded, by their probability. ``used`` is
+    left with the records that were answered, ``flags`` with what their forces are warned of for. Returned too
+    are the decays that were looked at, by row, and whether their amplitude falls faster while it is larger.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
@@ -514,7 +518,7 @@ def _answered(
     as_fitted = white & (table[:, column["friction_low"]] > 0.0)
     for row in np.flatnonzero(used & as_fitted & ~straight).tolist():
         decay = decays.decay(row)
-        as_fitted[row] = surely_faster_loss(decay) is None
+        as_fitted[row] = not _sure(faster_loss(decay))
         looked_at[row] = decay, False
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay, fit = answered(decays.decay(row), fit_of)
@@ -522,7 +526,7 @@ def _answered(
             _refuse(table, row, NOT_DECAYING)
             used[row] = False
             continue
-        looked_at[row] = decay, fit.faster_loss is not None
+        looked_at[row] = decay, _sure(fit.faster_loss)
         flags[row] &= ~_BIT["negative_friction"]
         flags[row] |= _BIT["push"] * rather_a_push(fit.random_force)
         new = {

@@ -24,7 +24,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -155,7 +155,7 @@ def estimate(
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
-            fit = replace(fit_of(decay), faster_loss=surely_faster_loss(decay))
+            fit = replace(fit_of(decay), faster_loss=faster_loss(decay))
         warned = _faster_loss_note(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
@@ -232,12 +232,13 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
 
 
 def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
-    """Warn of a decay that loses more than by dry friction alone: what friction is with damping, and without.
+    """Note of a decay that loses more than by dry friction alone: what friction is with damping, and without.
 
+    A warning where it surely does.
     Intervals, as the standard deviation after few half cycles is infinite.
     """
     faster = fit.faster_loss
-    if faster is None:
+    if faster is None or not faster.likelier:
         return []
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
@@ -257,7 +258,8 @@ def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         f"{damped}, alone it would have to be {of(fit.coefficient)}, and {reported}; "
         "closing the loop (close-loop) separates them"
     )
-    warnings.warn(text, RecordWarning, stacklevel=3)
+    if faster.sure:
+        warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
 
 

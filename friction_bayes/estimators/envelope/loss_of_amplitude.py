@@ -38,7 +38,6 @@ __all__ = [
     "FasterLoss",
     "faster_loss",
     "loss_of_amplitude",
-    "surely_faster_loss",
 ]
 
 LOG_ODDS_OF_FASTER = math.log(0.1 / 0.9)
@@ -93,6 +92,16 @@ class FasterLoss(NamedTuple):
     probability: float
     coefficient: Mixture
 
+    @property
+    def sure(self) -> bool:
+        """Whether they surely do."""
+        return self.probability >= SURELY_FASTER
+
+    @property
+    def likelier(self) -> bool:
+        """Whether the record speaks for it, whatever was known before."""
+        return self.probability > 1.0 / (1.0 + math.exp(-LOG_ODDS_OF_FASTER))
+
 
 def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
@@ -121,12 +130,6 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
     log_odds += LOG_ODDS_OF_FASTER
     return FasterLoss(float(expit(log_odds)), damped.coefficient)
-
-
-def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
-    """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
-    faster = faster_loss(decay)
-    return None if faster is None or faster.probability < SURELY_FASTER else faster
 
 
 class _Regressed(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,10 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
-from friction_bayes.estimators.envelope import loss_of_amplitude
+from friction_bayes.estimators import batch, estimate
 from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
-from friction_bayes.estimators.witness import Witness, not_negative
+from friction_bayes.estimators.waveform import averaged
+from friction_bayes.estimators.witness import Witness, not_negative, readings
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 SURE = 0.95
@@ -161,7 +163,8 @@ def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> No
         computed.append(decay.name)
         return faster_loss(decay)
 
-    monkeypatch.setattr(loss_of_amplitude, "faster_loss", counted)
+    for module in (averaged, batch, estimate):
+        monkeypatch.setattr(module, "faster_loss", counted)
     fb.estimate(decay(0.4), SYSTEM, method="envelope")
     fb.estimate(decay(0.4), SYSTEM)
     assert len(computed) == 2
@@ -197,9 +200,52 @@ def test_a_witness_below_zero_draws_the_interval_to_zero() -> None:
     """As of a decay under drag alone, in which friction with damping would be negative."""
     one = np.ones(1)
     posterior, below = (Mixture.of_normals(one, place * one, 0.1 * one) for place in (2.0, -1.0))
-    answer = not_negative(posterior, Witness(below, agrees=False, bounds=False))
+    answer = not_negative(readings(posterior, Witness(below, agrees=False, bounds=False), None))
     assert 0.0 < answer.ppf(0.05) < 0.01
     assert answer.ppf(0.95) == pytest.approx(2.0 + 0.1 * 1.2816, abs=1e-3)
+
+
+def test_friction_with_damping_counts_by_its_probability() -> None:
+    """Half of it, as what other laws leave to friction lies between; what is improbable is omitted."""
+    one = np.ones(1)
+    alone, damped = (Mixture.of_normals(one, place * one, 0.01 * one) for place in (2.0, 1.0))
+    agreeing = Witness(alone, agrees=True, bounds=False)
+    for probability in (0.1, 0.4, 0.8):
+        answer = not_negative(readings(alone, agreeing, FasterLoss(probability, damped)))
+        assert answer.cdf(1.5) == pytest.approx(0.5 * probability)
+        assert answer.cdf(1.0) == pytest.approx(0.25 * probability)
+    assert not_negative(readings(alone, agreeing, FasterLoss(0.015, damped))) is alone
+
+
+def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int) -> None:
+    """Of records with a probability of damping between .3 and .95: dry friction alone contains hardly any.
+
+    Fewer than four of six come once in five hundred where the share is .95.
+    """
+    rng = np.random.default_rng(seed)
+    inside, alone, true = [], [], 0.2
+    while len(inside) < 6:
+        record = fb.simulate(
+            SYSTEM,
+            friction=true,
+            initial_displacement=0.0203,
+            duration=3.0,
+            sampling_rate=60.0,
+            noise_sd=2e-4,
+            seed=int(rng.integers(2**31)),
+            effects={"viscous_damping.damping_ratio": 0.002},
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", fb.RecordWarning)
+            found = fb.estimate(record, SYSTEM)
+        faster = found.fit.faster_loss
+        assert faster is not None
+        if 0.3 < faster.probability < SURE:
+            for contained, friction in ((inside, found.friction), (alone, found.friction_as_declared)):
+                contained.append(friction.ppf(0.05) < true < friction.ppf(0.95))
+            assert any("spans both" in note for note in found.notes)
+    assert sum(inside) >= 4
+    assert sum(alone) <= 2
 
 
 def test_neither_dry_friction_nor_a_random_force_is_taken_for_it(seed: int) -> None:
