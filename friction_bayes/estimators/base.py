@@ -22,7 +22,7 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
-from friction_bayes.estimators.witness import Reading, Witness, not_negative, readings
+from friction_bayes.estimators.witness import AnswerPart, Witness, answer_parts, not_negative
 
 __all__ = [
     "SURELY_NEGATIVE",
@@ -185,18 +185,18 @@ class Fit:
 
     @cached_property
     def answer(self) -> Any:
-        return self.coefficient if self.witness is None else not_negative(self._readings)
+        return self.coefficient if self.witness is None else not_negative(self._parts_of_answer)
 
     @property
-    def _readings(self) -> list[Reading]:
+    def _parts_of_answer(self) -> list[AnswerPart]:
         if self.witness is None:
-            return [Reading(1.0, self.coefficient)]
-        return readings(self.coefficient, self.witness, self.faster_loss)
+            return [AnswerPart(1.0, self.coefficient)]
+        return answer_parts(self.coefficient, self.witness, self.faster_loss)
 
     @property
     def probability_negative(self) -> float:
         """Probability that friction is negative, before the answer is truncated at zero."""
-        return sum(share * float(each.cdf(0.0)) for share, each in self._readings)
+        return sum(share * float(each.cdf(0.0)) for share, each in self._parts_of_answer)
 
     @property
     def surely_negative(self) -> bool:

@@ -12,7 +12,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO, FasterLoss
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 
-__all__ = ["Reading", "Witness", "not_negative", "readings"]
+__all__ = ["AnswerPart", "Witness", "answer_parts", "not_negative"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
@@ -47,14 +47,14 @@ class Witness:
         return cls(coefficient, bool(apart <= _APART * math.hypot(spread, EXACT_TO * middle)), bounds)
 
 
-class Reading(NamedTuple):
+class AnswerPart(NamedTuple):
     """A share of what is reported, and a distribution of the friction coefficient: Mixture or Student t."""
 
     share: float
     coefficient: Any
 
 
-def readings(posterior: Any, witness: Witness, faster: FasterLoss | None) -> list[Reading]:
+def answer_parts(posterior: Any, witness: Witness, faster: FasterLoss | None) -> list[AnswerPart]:
     """The posterior with a witness, and friction with damping by the probability of a faster loss.
 
     A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
@@ -69,27 +69,27 @@ def readings(posterior: Any, witness: Witness, faster: FasterLoss | None) -> lis
     faster : FasterLoss or None
     """
     if not witness.agrees:
-        found = [Reading(0.5, posterior), Reading(0.5, witness.coefficient)]
+        found = [AnswerPart(0.5, posterior), AnswerPart(0.5, witness.coefficient)]
     elif witness.bounds:
         wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)
-        found = [Reading(1.0, _as_mixture(posterior).widened(wider))]
+        found = [AnswerPart(1.0, _as_mixture(posterior).widened(wider))]
     else:
-        found = [Reading(1.0, posterior)]
+        found = [AnswerPart(1.0, posterior)]
     if faster is None or faster.sure or 0.5 * faster.probability < SLIGHT:
         return found
     half = 0.5 * faster.probability
-    found = [Reading((1.0 - faster.probability) * share, each) for share, each in found]
-    return [*found, Reading(half, posterior), Reading(half, faster.coefficient)]
+    found = [AnswerPart((1.0 - faster.probability) * share, each) for share, each in found]
+    return [*found, AnswerPart(half, posterior), AnswerPart(half, faster.coefficient)]
 
 
-def not_negative(known: Sequence[Reading]) -> Any:
+def not_negative(known: Sequence[AnswerPart]) -> Any:
     """What is reported, each reading truncated at zero where the probability below is not negligible."""
     if not _NEGATIVE < sum(share * float(each.cdf(0.0)) for share, each in known) < 1.0:
         return known[0].coefficient if len(known) == 1 else _mixed(known)
-    return _mixed([Reading(share, _as_mixture(each).kept_positive()) for share, each in known])
+    return _mixed([AnswerPart(share, _as_mixture(each).kept_positive()) for share, each in known])
 
 
-def _mixed(known: Sequence[Reading]) -> Mixture:
+def _mixed(known: Sequence[AnswerPart]) -> Mixture:
     return Mixture.of([_as_mixture(each.coefficient) for each in known], [each.share for each in known])
 
 

@@ -15,7 +15,7 @@ from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.estimators import batch, estimate
 from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.waveform import averaged
-from friction_bayes.estimators.witness import Witness, not_negative, readings
+from friction_bayes.estimators.witness import Witness, answer_parts, not_negative
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 SURE = 0.95
@@ -200,7 +200,7 @@ def test_a_witness_below_zero_draws_the_interval_to_zero() -> None:
     """As of a decay under drag alone, in which friction with damping would be negative."""
     one = np.ones(1)
     posterior, below = (Mixture.of_normals(one, place * one, 0.1 * one) for place in (2.0, -1.0))
-    answer = not_negative(readings(posterior, Witness(below, agrees=False, bounds=False), None))
+    answer = not_negative(answer_parts(posterior, Witness(below, agrees=False, bounds=False), None))
     assert 0.0 < answer.ppf(0.05) < 0.01
     assert answer.ppf(0.95) == pytest.approx(2.0 + 0.1 * 1.2816, abs=1e-3)
 
@@ -211,10 +211,10 @@ def test_friction_with_damping_counts_by_its_probability() -> None:
     alone, damped = (Mixture.of_normals(one, place * one, 0.01 * one) for place in (2.0, 1.0))
     agreeing = Witness(alone, agrees=True, bounds=False)
     for probability in (0.1, 0.4, 0.8):
-        answer = not_negative(readings(alone, agreeing, FasterLoss(probability, damped)))
+        answer = not_negative(answer_parts(alone, agreeing, FasterLoss(probability, damped)))
         assert answer.cdf(1.5) == pytest.approx(0.5 * probability)
         assert answer.cdf(1.0) == pytest.approx(0.25 * probability)
-    assert not_negative(readings(alone, agreeing, FasterLoss(0.015, damped))) is alone
+    assert not_negative(answer_parts(alone, agreeing, FasterLoss(0.015, damped))) is alone
 
 
 def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int) -> None:
