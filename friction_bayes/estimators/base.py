@@ -18,7 +18,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
-from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss
+from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
@@ -152,11 +152,11 @@ class Fit:
         Its posterior; None where there are no accounts.
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
-    faster_loss : FasterLoss or None
+    uneven_loss : UnevenLoss or None
         Whether the loss of amplitude is not that of dry friction alone; None where there are too few half
         cycles, or the amplitudes were not looked at.
     answer : frozen scipy.stats distribution or Mixture
-        Friction coefficient as it is reported: ``coefficient``, with the witness and what a faster loss
+        Friction coefficient as it is reported: ``coefficient``, with the witness and what an uneven loss
         leaves to friction, and not negative, where there is a witness.
     """
 
@@ -177,7 +177,7 @@ class Fit:
     account_parts: tuple[PosteriorPart, ...] = ()
     random_force: RandomForce | None = None
     witness: Witness | None = None
-    faster_loss: FasterLoss | None = None
+    uneven_loss: UnevenLoss | None = None
 
     @property
     def parts(self) -> tuple[PosteriorPart, ...]:
@@ -191,7 +191,7 @@ class Fit:
     def _parts_of_answer(self) -> list[AnswerPart]:
         if self.witness is None:
             return [AnswerPart(1.0, self.coefficient)]
-        return answer_parts(self.coefficient, self.witness, self.faster_loss)
+        return answer_parts(self.coefficient, self.witness, self.uneven_loss)
 
     @property
     def probability_negative(self) -> float:
@@ -299,7 +299,7 @@ class Glance(NamedTuple):
     white : ndarray of bool
         That it is white noise.
     straight : ndarray of bool
-        That the amplitude does not fall faster while it is larger.
+        That the amplitude does not fall faster or slower while it is larger.
     """
 
     white: Mask

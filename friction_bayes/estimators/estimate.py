@@ -24,7 +24,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import uneven_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -48,6 +48,17 @@ RANDOM_FORCE_CHOICES = ("auto", "none")
 
 _MAY_BE_NONE = 0.01
 """Probability of damping without dry friction from which on no number is given for friction."""
+_FASTER = (
+    "faster while it is larger (probability {probability}), as under viscous damping, drag or friction that "
+    "falls with time",
+    "with damping",
+)
+_SLOWER = (
+    "slower while it is larger (probability {probability}), as under friction that grows with time or as the "
+    "motion slows, or of a sensor that shows large swings too small",
+    "at small swings",
+)
+"""How the amplitude falls under an uneven loss, and friction with it."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -155,8 +166,8 @@ def estimate(
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
-            fit = replace(fit_of(decay), faster_loss=faster_loss(decay))
-        warned = _faster_loss_note(decay, fit)
+            fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))
+        warned = _uneven_loss_note(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
         acceptance = None
@@ -231,14 +242,13 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
     return accept_by_set_up(_precision_of(fit, method), least, unit=fit.precision_unit)
 
 
-def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
-    """Note of a decay that loses more than by dry friction alone: what friction is with damping, and without.
+def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Note of a loss that is not by dry friction alone: what friction is with it, and without.
 
-    A warning where it surely does.
-    Intervals, as the standard deviation after few half cycles is infinite.
+    A warning where it is sure. Intervals, as the standard deviation after few half cycles is infinite.
     """
-    faster = fit.faster_loss
-    if faster is None or not faster.likelier:
+    uneven = fit.uneven_loss
+    if uneven is None or not uneven.likelier:
         return []
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
@@ -247,18 +257,17 @@ def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
         return f"{interval(low, high, 3)} {unit} (90 %)"
 
-    if float(faster.coefficient.cdf(0.0)) > _MAY_BE_NONE:
-        damped = "with damping there need be no dry friction"
+    what, by = _FASTER if uneven.faster else _SLOWER
+    if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
+        then = f"{by} there need be no dry friction"
     else:
-        damped = f"with damping dry friction is {of(faster.coefficient)} by the amplitudes"
+        then = f"{by} dry friction is {of(uneven.coefficient)} by the amplitudes"
     reported = "this is reported" if fit.witness is None else "the interval reported spans both"
     text = (
-        f"{decay.name}: the amplitude falls faster while it is larger (probability "
-        f"{number(faster.probability, 3)}), as under viscous damping, drag or friction that falls with time: "
-        f"{damped}, alone it would have to be {of(fit.coefficient)}, and {reported}; "
-        "closing the loop (close-loop) separates them"
-    )
-    if faster.sure:
+        f"{decay.name}: the amplitude falls {what}: {then}, alone it would have to be {of(fit.coefficient)}, "
+        f"and {reported}; closing the loop (close-loop) separates them"
+    ).format(probability=number(uneven.probability, 3))
+    if uneven.sure:
         warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.summary import TAILS
-from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO, FasterLoss
+from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO, UnevenLoss
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 
 __all__ = ["AnswerPart", "Witness", "answer_parts", "not_negative"]
@@ -54,19 +54,19 @@ class AnswerPart(NamedTuple):
     coefficient: Any
 
 
-def answer_parts(posterior: Any, witness: Witness, faster: FasterLoss | None) -> list[AnswerPart]:
-    """The posterior with a witness, and friction with damping by the probability of a faster loss.
+def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) -> list[AnswerPart]:
+    """The posterior with a witness, and friction under an uneven loss by the probability of that.
 
     A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
-    wide as the witness. In proportion to the probability that amplitudes fall faster while they are larger,
-    unless this is sure and the witness is of that, the posterior shares it with friction under damping.
+    wide as the witness. In proportion to the probability of an uneven loss, unless this is sure and the
+    witness is of that, the posterior shares it with friction under such a loss.
 
     Parameters
     ----------
     posterior : Mixture or frozen Student t
         Of the friction coefficient.
     witness : Witness
-    faster : FasterLoss or None
+    uneven : UnevenLoss or None
     """
     if not witness.agrees:
         found = [AnswerPart(0.5, posterior), AnswerPart(0.5, witness.coefficient)]
@@ -75,11 +75,11 @@ def answer_parts(posterior: Any, witness: Witness, faster: FasterLoss | None) ->
         found = [AnswerPart(1.0, _as_mixture(posterior).widened(wider))]
     else:
         found = [AnswerPart(1.0, posterior)]
-    if faster is None or faster.sure or 0.5 * faster.probability < SLIGHT:
+    if uneven is None or uneven.sure or 0.5 * uneven.probability < SLIGHT:
         return found
-    half = 0.5 * faster.probability
-    found = [AnswerPart((1.0 - faster.probability) * share, each) for share, each in found]
-    return [*found, AnswerPart(half, posterior), AnswerPart(half, faster.coefficient)]
+    half = 0.5 * uneven.probability
+    found = [AnswerPart((1.0 - uneven.probability) * share, each) for share, each in found]
+    return [*found, AnswerPart(half, posterior), AnswerPart(half, uneven.coefficient)]
 
 
 def not_negative(known: Sequence[AnswerPart]) -> Any:

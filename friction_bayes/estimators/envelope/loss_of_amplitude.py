@@ -10,7 +10,8 @@ with the rows ``X_k`` of :mod:`friction_bayes.estimators.envelope.half_cycle_row
 regression under a flat prior, Student t in closed form, and the average over ``rho`` a mixture of these: none
 with probability one half, log-uniform otherwise. What changes the loss itself (viscous damping, a gain that
 drifts) it takes for friction as every fit of dry friction alone does; whether the amplitudes fall faster
-while they are larger, as under such damping, is compared by the same regression with one column more.
+while they are larger, as under such damping, or slower is compared by the same regression with one column
+more.
 """
 
 from __future__ import annotations
@@ -33,16 +34,16 @@ from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
 
 __all__ = [
     "EXACT_TO",
-    "LOG_ODDS_OF_FASTER",
-    "SURELY_FASTER",
-    "FasterLoss",
-    "faster_loss",
+    "LOG_ODDS_OF_UNEVEN",
+    "SURELY_UNEVEN",
+    "UnevenLoss",
     "loss_of_amplitude",
+    "uneven_loss",
 ]
 
-LOG_ODDS_OF_FASTER = math.log(0.1 / 0.9)
+LOG_ODDS_OF_UNEVEN = math.log(0.1 / 0.9)
 """Of a loss not by dry friction alone, a priori."""
-SURELY_FASTER = 0.95
+SURELY_UNEVEN = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
 
 _AMPLITUDE, _FRICTION = 0, 1
@@ -78,38 +79,42 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
     return None if found is None else found.posterior.coefficient
 
 
-class FasterLoss(NamedTuple):
-    """Whether amplitudes fall faster while they are larger, as under viscous damping.
+class UnevenLoss(NamedTuple):
+    """Whether amplitudes fall faster or slower while they are larger, which dry friction alone does not do.
 
     Attributes
     ----------
     probability : float
         That they do.
+    faster : bool
+        Whether faster is more probable than slower, as under viscous damping.
     coefficient : Mixture
-        Friction coefficient of the signal if they do.
+        Friction coefficient of the signal if they do: of small swings.
     """
 
     probability: float
+    faster: bool
     coefficient: Mixture
 
     @property
     def sure(self) -> bool:
         """Whether they surely do."""
-        return self.probability >= SURELY_FASTER
+        return self.probability >= SURELY_UNEVEN
 
     @property
     def likelier(self) -> bool:
         """Whether the record speaks for it, whatever was known before."""
-        return self.probability > 1.0 / (1.0 + math.exp(-LOG_ODDS_OF_FASTER))
+        return self.probability > 1.0 / (1.0 + math.exp(-LOG_ODDS_OF_UNEVEN))
 
 
-def faster_loss(decay: FreeDecay) -> FasterLoss | None:
+def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
-    The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is half-normal
-    with the sd with which this takes all that is lost, as fitted: the record itself has the scale. The Bayes
-    factor is the density of the data given ``c``, averaged over that prior, over the density given ``c = 0``,
-    both with all else integrated out.
+    The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is normal
+    about zero with the sd with which this takes all that is lost, as fitted: the record itself has the scale.
+    Below zero it is no damping, but friction that grows with time or as the motion slows, or a sensor that
+    shows large swings too small. The Bayes factor is the density of the data given ``c``, averaged over that
+    prior, over the density given ``c = 0``, both with all else integrated out.
 
     Parameters
     ----------
@@ -117,7 +122,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
 
     Returns
     -------
-    FasterLoss or None
+    UnevenLoss or None
         None where there are too few half cycles to compute it.
     """
     law = _law(decay, damped=True)
@@ -125,11 +130,11 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
         return None
     damped, fitted, lost = law
     sd = max((fitted[0] - fitted[-1]) / lost[-1], 0.0)
-    exponents = sd * stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
+    exponents = sd * stats.norm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
-    log_odds += LOG_ODDS_OF_FASTER
-    return FasterLoss(float(expit(log_odds)), damped.coefficient)
+    log_odds += LOG_ODDS_OF_UNEVEN
+    return UnevenLoss(float(expit(log_odds)), bool(damped.last.mean() > 0.0), damped.coefficient)
 
 
 class _Regressed(NamedTuple):
