@@ -48,17 +48,13 @@ RANDOM_FORCE_CHOICES = ("auto", "none")
 
 _MAY_BE_NONE = 0.01
 """Probability of damping without dry friction from which on no number is given for friction."""
-_FASTER = (
-    "faster while it is larger (probability {probability}), as under viscous damping, drag or friction that "
-    "falls with time",
-    "with damping",
-)
+_FASTER = ("faster", "as under viscous damping, drag or friction that falls with time", "with damping")
 _SLOWER = (
-    "slower while it is larger (probability {probability}), as under friction that grows with time or as the "
-    "motion slows, or of a sensor that shows large swings too small",
+    "slower",
+    "as under friction that grows with time or as the motion slows, or of a sensor that bends",
     "at small swings",
 )
-"""How the amplitude falls under an uneven loss, and friction with it."""
+"""How the amplitude falls while it is larger, under what, and of which law friction is then reported."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -257,16 +253,18 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
         return f"{interval(low, high, 3)} {unit} (90 %)"
 
-    what, by = _FASTER if uneven.faster else _SLOWER
+    how, under, then = _FASTER if uneven.faster else _SLOWER
     if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
-        then = f"{by} there need be no dry friction"
+        then += " there need be no dry friction"
     else:
-        then = f"{by} dry friction is {of(uneven.coefficient)} by the amplitudes"
+        then += f" dry friction is {of(uneven.coefficient)} by the amplitudes"
     reported = "this is reported" if fit.witness is None else "the interval reported spans both"
     text = (
-        f"{decay.name}: the amplitude falls {what}: {then}, alone it would have to be {of(fit.coefficient)}, "
+        f"{decay.name}: the amplitude falls {how} while it is larger (probability "
+        f"{number(uneven.probability, 3)}), {under}: {then}, "
+        f"alone it would have to be {of(fit.coefficient)}, "
         f"and {reported}; closing the loop (close-loop) separates them"
-    ).format(probability=number(uneven.probability, 3))
+    )
     if uneven.sure:
         warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]

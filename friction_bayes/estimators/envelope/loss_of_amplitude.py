@@ -104,7 +104,7 @@ class UnevenLoss(NamedTuple):
     @property
     def likelier(self) -> bool:
         """Whether the record speaks for it, whatever was known before."""
-        return self.probability > 1.0 / (1.0 + math.exp(-LOG_ODDS_OF_UNEVEN))
+        return self.probability > float(expit(LOG_ODDS_OF_UNEVEN))
 
 
 def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
