@@ -8,6 +8,7 @@ from typing import Any
 __all__ = [
     "duration",
     "fitted_part",
+    "interval",
     "interval90",
     "listed",
     "number",
@@ -22,6 +23,8 @@ __all__ = [
 
 _PLAIN = 1e6
 """Numbers below it are read more easily without a power of ten."""
+_ALL_DIGITS = 17
+"""Significant digits that separate any two numbers in double precision."""
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -32,10 +35,19 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{float(rounded):.0f}" if 1.0 <= abs(value) < _PLAIN and "e" in rounded else rounded
 
 
+def interval(low: float | None, high: float | None, digits: int = 4) -> str:
+    """Write two numbers, to more digits where they would look the same."""
+    for more in range(digits, _ALL_DIGITS + 1):
+        ends = number(low, more), number(high, more)
+        if ends[0] != ends[1]:
+            return " .. ".join(ends)
+    return f"{number(low, digits)} .. {number(high, digits)}"
+
+
 def interval90(summary: Mapping[str, Any], digits: int = 4) -> str:
     """Write the 90 % interval of a summary."""
     low, high = summary["interval90"]
-    return f"{number(low, digits)} .. {number(high, digits)}"
+    return interval(low, high, digits)
 
 
 def with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:

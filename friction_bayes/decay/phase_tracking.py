@@ -24,7 +24,11 @@ from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises, time_of_phase
 
 __all__ = [
+    "COS",
+    "LATER_COS",
     "MAX_DEGREE",
+    "ONE",
+    "SIN",
     "UNDAMPED",
     "coulomb_fit",
     "half_cycle_moments",
@@ -41,7 +45,7 @@ UNDAMPED = np.False_
 
 _SETTLED = 1e-5
 """Step [rad] after which Gauss-Newton ends; the next would be a tenth of it at most."""
-_ONE, _COS, _SIN, _LATER_SIN, _LATER_COS = range(5)
+ONE, COS, SIN, LATER_SIN, LATER_COS = range(5)
 """Functions of a half cycle whose moments are taken."""
 _MOMENTS = 5
 _FREQUENCY_SD = 0.05
@@ -214,15 +218,15 @@ def _refine(cycles: _HalfCycles, order: int, polynomial: Array, law: Array, free
     columns, phase = law.size + free, law.size
     matrix, right = np.zeros((columns, columns)), np.zeros(columns)
     weight = np.zeros((columns, _MOMENTS))
-    weight[0, _ONE] = weight[1, _COS] = 1.0
+    weight[0, ONE] = weight[1, COS] = 1.0
     damping = law[3] if law.size > 3 else 0.0
     swing, lost, place = 0.0, 0.0, cycles.place[0]
     for k in range(cycles.number.size):
         own, seen, position = cycles.matrix[k], cycles.right[k], cycles.place[k]
         odd = 2.0 * cycles.number[k] + 1.0
         if order == 0:
-            weight[2, _ONE] = 1.0 if cycles.number[k] % 2 == 0 else -1.0
-        weight[2, _COS] = -odd
+            weight[2, ONE] = 1.0 if cycles.number[k] % 2 == 0 else -1.0
+        weight[2, COS] = -odd
         # what damping has taken is the integral of the swing, by the trapezoidal rule between the middles
         reach = 0.5 * (position - place)
         lost += reach * swing
@@ -231,13 +235,13 @@ def _refine(cycles: _HalfCycles, order: int, polynomial: Array, law: Array, free
         place = position
         if law.size > 3:
             _, rate = phase_at(polynomial, position)
-            weight[3, _COS], weight[3, _LATER_COS] = -lost, -swing
+            weight[3, COS], weight[3, LATER_COS] = -lost, -swing
             # at its turning points the velocity is zero
-            weight[3, _SIN] = (1 - order) * swing / rate
+            weight[3, SIN] = (1 - order) * swing / rate
         # the Chebyshev polynomials and their slopes at the middle
         before, now, slope_before, slope_now = 1.0, position, 0.0, 1.0
         for m in range(phase, columns):
-            weight[m, _SIN], weight[m, _LATER_SIN] = -swing * before, -swing * slope_before
+            weight[m, SIN], weight[m, LATER_SIN] = -swing * before, -swing * slope_before
             before, now, slope_before, slope_now = (
                 now,
                 2.0 * position * now - before,

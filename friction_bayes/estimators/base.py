@@ -18,11 +18,11 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
-from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss
+from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
-from friction_bayes.estimators.witness import Witness, not_negative, reconciled
+from friction_bayes.estimators.witness import AnswerPart, Witness, answer_parts, not_negative
 
 __all__ = [
     "SURELY_NEGATIVE",
@@ -152,11 +152,12 @@ class Fit:
         Its posterior; None where there are no accounts.
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
-    faster_loss : FasterLoss or None
-        The loss of amplitude where it is surely not that of dry friction alone, once it was looked for.
+    uneven_loss : UnevenLoss or None
+        Whether the loss of amplitude is not that of dry friction alone; None where there are too few half
+        cycles, or the amplitudes were not looked at.
     answer : frozen scipy.stats distribution or Mixture
-        Friction coefficient as it is reported: ``coefficient``, reconciled with the witness and not
-        negative, where there is a witness.
+        Friction coefficient as it is reported: ``coefficient``, with the witness and what an uneven loss
+        leaves to friction, and not negative, where there is a witness.
     """
 
     coefficient: Any
@@ -176,7 +177,7 @@ class Fit:
     account_parts: tuple[PosteriorPart, ...] = ()
     random_force: RandomForce | None = None
     witness: Witness | None = None
-    faster_loss: FasterLoss | None = None
+    uneven_loss: UnevenLoss | None = None
 
     @property
     def parts(self) -> tuple[PosteriorPart, ...]:
@@ -184,13 +185,18 @@ class Fit:
 
     @cached_property
     def answer(self) -> Any:
-        return self.coefficient if self.witness is None else not_negative(self.coefficient, self.witness)
+        return self.coefficient if self.witness is None else not_negative(self._parts_of_answer)
+
+    @property
+    def _parts_of_answer(self) -> list[AnswerPart]:
+        if self.witness is None:
+            return [AnswerPart(1.0, self.coefficient)]
+        return answer_parts(self.coefficient, self.witness, self.uneven_loss)
 
     @property
     def probability_negative(self) -> float:
         """Probability that friction is negative, before the answer is truncated at zero."""
-        known = self.coefficient if self.witness is None else reconciled(self.coefficient, self.witness)
-        return float(known.cdf(0.0))
+        return sum(share * float(each.cdf(0.0)) for share, each in self._parts_of_answer)
 
     @property
     def surely_negative(self) -> bool:
@@ -293,7 +299,7 @@ class Glance(NamedTuple):
     white : ndarray of bool
         That it is white noise.
     straight : ndarray of bool
-        That the amplitude does not fall faster while it is larger.
+        That the amplitude does not fall faster or slower while it is larger.
     """
 
     white: Mask

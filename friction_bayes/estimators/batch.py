@@ -31,7 +31,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
-from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss, uneven_loss
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
@@ -68,7 +68,7 @@ WARNINGS = {
     "later_start": "a first part that does not fit the rest is left out",
     "disturbed_release": "half cycles of a disturbed release are left out",
     "driven_before": "a first part that loses no amplitude is left out",
-    "faster_loss": "the amplitude falls faster while it is larger",
+    "uneven_loss": "the amplitude falls faster or slower while it is larger",
     "frequency": "the frequency is far from the declared one",
     "pendulum": "the swings look like a pendulum's",
     "negative_friction": "friction is negative",
@@ -387,8 +387,8 @@ def _judged(
 ) -> Integers:
     """Bits of the warnings of each record, shape (records,): those found, and those of the decays used.
 
-    Whether the amplitude falls faster while it is larger is known of those ``looked_at``, by row with the
-    decay that was used, and is not evaluated for those that are ``straight``.
+    Whether the loss of amplitude is uneven is known of those ``looked_at``, by row with the decay that was
+    used, and is not evaluated for those that are ``straight``.
     """
     system, located = decays.system, decays.located
     frequency, frequency_sd = (table[:, _COLUMNS.index(name)] for name in ("frequency", "frequency_sd"))
@@ -396,21 +396,25 @@ def _judged(
         "disturbed_release": located.disturbed > 0,
         "driven_before": located.driven,
         "frequency": far_apart(system, frequency, frequency_sd),
-        **{name: np.zeros_like(used) for name in ("later_start", "faster_loss", "pendulum")},
+        **{name: np.zeros_like(used) for name in ("later_start", "uneven_loss", "pendulum")},
     }
     for row in np.flatnonzero(used).tolist():
-        decay, faster = looked_at.get(row, (None, False))
+        decay, uneven = looked_at.get(row, (None, False))
         if decay is None and (system.angular or not straight[row]):
             decay = decays.decay(row)
-            faster = not straight[row] and surely_faster_loss(decay) is not None
+            uneven = not straight[row] and _sure(uneven_loss(decay))
         if decay is not None:
             found["later_start"][row] = decay.later > 0
-            found["faster_loss"][row] = faster
+            found["uneven_loss"][row] = uneven
             found["pendulum"][row] = bool(pendulum_notes(decay))
     judged = flags.copy()
     for name, applies in found.items():
         judged[applies] |= _BIT[name]
     return np.where(used, judged, 0)
+
+
+def _sure(uneven: UnevenLoss | None) -> bool:
+    return uneven is not None and uneven.sure
 
 
 def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
@@ -501,11 +505,11 @@ def _answered(
 ) -> tuple[Array, dict[int, tuple[FreeDecay, bool]]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
-    But where a glance at the residual shows white noise alone, and amplitudes do not surely fall as under
-    damping, which they do not in records that are ``straight``: the fit is the answer there, and what
-    ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
-    records that were answered, ``flags`` with what their forces are warned of for. Returned too are the
-    decays that were looked at, by row, and whether their amplitude falls faster while it is larger.
+    But where a glance at the residual shows white noise alone, and the loss of amplitude is not surely
+    uneven, as in records that are ``straight``, the fit is the answer: what ``estimate`` adds to it is a
+    force and an uneven loss that are not excluded, by their probability. ``used`` is left with the records
+    that were answered, ``flags`` with what their forces are warned of for. Returned too are the decays that
+    were looked at, by row, and whether their loss is surely uneven.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
@@ -514,7 +518,7 @@ def _answered(
     as_fitted = white & (table[:, column["friction_low"]] > 0.0)
     for row in np.flatnonzero(used & as_fitted & ~straight).tolist():
         decay = decays.decay(row)
-        as_fitted[row] = surely_faster_loss(decay) is None
+        as_fitted[row] = not _sure(uneven_loss(decay))
         looked_at[row] = decay, False
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay, fit = answered(decays.decay(row), fit_of)
@@ -522,7 +526,7 @@ def _answered(
             _refuse(table, row, NOT_DECAYING)
             used[row] = False
             continue
-        looked_at[row] = decay, fit.faster_loss is not None
+        looked_at[row] = decay, _sure(fit.uneven_loss)
         flags[row] &= ~_BIT["negative_friction"]
         flags[row] |= _BIT["push"] * rather_a_push(fit.random_force)
         new = {

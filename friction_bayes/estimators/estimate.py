@@ -16,7 +16,7 @@ from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.core.text import number
+from friction_bayes.core.text import interval, number
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
@@ -24,7 +24,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import uneven_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -48,6 +48,13 @@ RANDOM_FORCE_CHOICES = ("auto", "none")
 
 _MAY_BE_NONE = 0.01
 """Probability of damping without dry friction from which on no number is given for friction."""
+_FASTER = ("faster", "as under viscous damping, drag or friction that falls with time", "with damping")
+_SLOWER = (
+    "slower",
+    "as under friction that grows with time or as the motion slows, or of a sensor that bends",
+    "at small swings",
+)
+"""How the amplitude falls while it is larger, under what, and of which law friction is then reported."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -155,8 +162,8 @@ def estimate(
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
-            fit = replace(fit_of(decay), faster_loss=surely_faster_loss(decay))
-        warned = _faster_loss_note(decay, fit)
+            fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))
+        warned = _uneven_loss_note(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
         acceptance = None
@@ -231,33 +238,35 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
     return accept_by_set_up(_precision_of(fit, method), least, unit=fit.precision_unit)
 
 
-def _faster_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
-    """Warn of a decay that loses more than by dry friction alone: what friction is with damping, and without.
+def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Note of a loss that is not by dry friction alone: what friction is with it, and without.
 
-    Intervals, as the standard deviation after few half cycles is infinite.
+    A warning where it is sure. Intervals, as the standard deviation after few half cycles is infinite.
     """
-    faster = fit.faster_loss
-    if faster is None:
+    uneven = fit.uneven_loss
+    if uneven is None or not uneven.likelier:
         return []
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
 
-    def interval(coefficient: Any) -> str:
-        low, high = (number(factor * float(coefficient.ppf(p)), 3) for p in TAILS)
-        return f"{low} .. {high} {unit} (90 %)"
+    def of(coefficient: Any) -> str:
+        low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
+        return f"{interval(low, high, 3)} {unit} (90 %)"
 
-    if float(faster.coefficient.cdf(0.0)) > _MAY_BE_NONE:
-        damped = "with damping there need be no dry friction"
+    how, under, then = _FASTER if uneven.faster else _SLOWER
+    if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
+        then += " there need be no dry friction"
     else:
-        damped = f"with damping dry friction is {interval(faster.coefficient)} by the amplitudes"
+        then += f" dry friction is {of(uneven.coefficient)} by the amplitudes"
     reported = "this is reported" if fit.witness is None else "the interval reported spans both"
     text = (
-        f"{decay.name}: the amplitude falls faster while it is larger (probability "
-        f"{number(faster.probability, 3)}), as under viscous damping, drag or friction that falls with time: "
-        f"{damped}, alone it would have to be {interval(fit.coefficient)}, and {reported}; "
-        "closing the loop (close-loop) separates them"
+        f"{decay.name}: the amplitude falls {how} while it is larger (probability "
+        f"{number(uneven.probability, 3)}), {under}: {then}, "
+        f"alone it would have to be {of(fit.coefficient)}, "
+        f"and {reported}; closing the loop (close-loop) separates them"
     )
-    warnings.warn(text, RecordWarning, stacklevel=3)
+    if uneven.sure:
+        warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
 
 

@@ -1,16 +1,18 @@
-"""The witness of an estimate, friction by the loss of amplitude, and an estimate that it contradicts."""
+"""The witness of an estimate, friction by the loss of amplitude, and what an estimate is with it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.summary import TAILS
-from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO
+from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO, UnevenLoss
+from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 
-__all__ = ["Witness", "not_negative", "reconciled"]
+__all__ = ["AnswerPart", "Witness", "answer_parts", "not_negative"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
@@ -45,35 +47,50 @@ class Witness:
         return cls(coefficient, bool(apart <= _APART * math.hypot(spread, EXACT_TO * middle)), bounds)
 
 
-def reconciled(posterior: Any, witness: Witness) -> Any:
-    """A distribution that spans the posterior and a witness that disagrees, or is as wide as a bounding one.
+class AnswerPart(NamedTuple):
+    """A share of what is reported, and a distribution of the friction coefficient: Mixture or Student t."""
+
+    share: float
+    coefficient: Any
+
+
+def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) -> list[AnswerPart]:
+    """The posterior with a witness, and friction under an uneven loss by the probability of that.
+
+    A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
+    wide as the witness. In proportion to the probability of an uneven loss, unless this is sure and the
+    witness is of that, the posterior shares it with friction under such a loss.
 
     Parameters
     ----------
     posterior : Mixture or frozen Student t
         Of the friction coefficient.
     witness : Witness
+    uneven : UnevenLoss or None
     """
     if not witness.agrees:
-        return Mixture.of([_as_mixture(posterior), witness.coefficient], (0.5, 0.5))
-    if witness.bounds:
+        found = [AnswerPart(0.5, posterior), AnswerPart(0.5, witness.coefficient)]
+    elif witness.bounds:
         wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)
-        return _as_mixture(posterior).widened(wider)
-    return posterior
+        found = [AnswerPart(1.0, _as_mixture(posterior).widened(wider))]
+    else:
+        found = [AnswerPart(1.0, posterior)]
+    if uneven is None or uneven.sure or 0.5 * uneven.probability < SLIGHT:
+        return found
+    half = 0.5 * uneven.probability
+    found = [AnswerPart((1.0 - uneven.probability) * share, each) for share, each in found]
+    return [*found, AnswerPart(half, posterior), AnswerPart(half, uneven.coefficient)]
 
 
-def not_negative(posterior: Any, witness: Witness) -> Any:
-    """The two reconciled and truncated at zero, where the probability below is not negligible.
+def not_negative(known: Sequence[AnswerPart]) -> Any:
+    """What is reported, each reading truncated at zero where the probability below is not negligible."""
+    if not _NEGATIVE < sum(share * float(each.cdf(0.0)) for share, each in known) < 1.0:
+        return known[0].coefficient if len(known) == 1 else _mixed(known)
+    return _mixed([AnswerPart(share, _as_mixture(each).kept_positive()) for share, each in known])
 
-    Where they disagree each is truncated by itself: a witness below zero says that there need be no friction.
-    """
-    answer = reconciled(posterior, witness)
-    if not _NEGATIVE < float(answer.cdf(0.0)) < 1.0:
-        return answer
-    if witness.agrees:
-        return _as_mixture(answer).kept_positive()
-    positive = [_as_mixture(each).kept_positive() for each in (posterior, witness.coefficient)]
-    return Mixture.of(positive, (0.5, 0.5))
+
+def _mixed(known: Sequence[AnswerPart]) -> Mixture:
+    return Mixture.of([_as_mixture(each.coefficient) for each in known], [each.share for each in known])
 
 
 def _as_mixture(distribution: Any) -> Mixture:

@@ -83,7 +83,7 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     if noise["probability_of_free_corners"] > _LIKELY:
         text += (
             "; the turning points do not have the shape that dry friction gives them, as behind a filter or "
-            "under other forces: friction is taken from the loss of amplitude alone"
+            "under other forces, and say nothing of friction"
         )
     return text
 

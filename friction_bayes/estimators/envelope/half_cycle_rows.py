@@ -27,7 +27,11 @@ from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
 from friction_bayes.decay.phase_tracking import (
+    COS,
+    LATER_COS,
     MAX_DEGREE,
+    ONE,
+    SIN,
     UNDAMPED,
     coulomb_fit,
     half_cycle_moments,
@@ -37,7 +41,7 @@ from friction_bayes.mechanics.pendulum import linear_amplitude, third_harmonic
 
 __all__ = ["EnvelopeStatistics", "envelope_statistics", "half_cycle_rows", "least_squares"]
 
-_SLOPE, _F, _G, _ONE, _PLACE, _SIGNAL = range(6)
+_SLOPE, _F, _G, _CONSTANT, _PLACE, _SIGNAL = range(6)
 """Functions of a half cycle: ``df/dtheta``, ``f``, ``g``, 1, the position times ``f``, and the samples."""
 _FUNCTIONS = 6
 _A, _U, _C = range(3)
@@ -114,7 +118,7 @@ def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) ->
     used = ZERO
     for block in range(blocks):
         slope_products, f_products, one_products = with_slope[block], with_f[block], with_one[block]
-        count = one_products[_ONE]
+        count = one_products[_CONSTANT]
         whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
         flat = slope_products[_SLOPE] <= _SMALLEST_SHARE * count
         if count >= 2 and not flat and (whole or not complete_alone):
@@ -128,8 +132,8 @@ def _rows(values: Array, polynomial: Array, order: int, complete_alone: bool) ->
                 place[used] = f_products[_PLACE] / f_products[_F]
                 used += 1
     rows = used
-    if rest[_ONE] > _SMALLEST_SHARE * n:
-        _put(response, design, rows, rest, rest[_ONE])
+    if rest[_CONSTANT] > _SMALLEST_SHARE * n:
+        _put(response, design, rows, rest, rest[_CONSTANT])
         rows += 1
     return response[:rows].copy(), design[:rows].copy(), place[:used].copy()
 
@@ -161,16 +165,16 @@ def _products(
             sign = 1.0 if half % 2 == 0 else -1.0
         # of 1, cos and sin, of which the last is minus the slope
         for row, turn, products in (
-            (2, -1.0, with_slope[block]),
-            (1, 1.0, with_f[block]),
-            (0, 1.0, with_one[block]),
+            (SIN, -1.0, with_slope[block]),
+            (COS, 1.0, with_f[block]),
+            (ONE, 1.0, with_one[block]),
         ):
-            one, cosine, sine = moments[row, 0], moments[row, 1], moments[row, 2]
+            one, cosine, sine = moments[row, ONE], moments[row, COS], moments[row, SIN]
             products[_SLOPE] -= turn * sine
             products[_F] += turn * cosine
             products[_G] += turn * (sign * one - (2 * half + 1) * cosine)
-            products[_ONE] += turn * one
-            products[_PLACE] += turn * (moments[4, row] + middle * cosine)
+            products[_CONSTANT] += turn * one
+            products[_PLACE] += turn * (moments[LATER_COS, row] + middle * cosine)
             products[_SIGNAL] += turn * right[row]
     return with_slope, with_f, with_one
 
@@ -207,7 +211,7 @@ def _put(response: Array, design: Array, at: int, products: Array, square: float
     norm = math.sqrt(square)
     design[at, _A] = products[_F] / norm
     design[at, _U] = products[_G] / norm
-    design[at, _C] = products[_ONE] / norm
+    design[at, _C] = products[_CONSTANT] / norm
     response[at] = products[_SIGNAL] / norm
 
 

@@ -10,7 +10,8 @@ with the rows ``X_k`` of :mod:`friction_bayes.estimators.envelope.half_cycle_row
 regression under a flat prior, Student t in closed form, and the average over ``rho`` a mixture of these: none
 with probability one half, log-uniform otherwise. What changes the loss itself (viscous damping, a gain that
 drifts) it takes for friction as every fit of dry friction alone does; whether the amplitudes fall faster
-while they are larger, as under such damping, is compared by the same regression with one column more.
+while they are larger, as under such damping, or slower is compared by the same regression with one column
+more.
 """
 
 from __future__ import annotations
@@ -33,17 +34,16 @@ from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
 
 __all__ = [
     "EXACT_TO",
-    "LOG_ODDS_OF_FASTER",
-    "SURELY_FASTER",
-    "FasterLoss",
-    "faster_loss",
+    "LOG_ODDS_OF_UNEVEN",
+    "SURELY_UNEVEN",
+    "UnevenLoss",
     "loss_of_amplitude",
-    "surely_faster_loss",
+    "uneven_loss",
 ]
 
-LOG_ODDS_OF_FASTER = math.log(0.1 / 0.9)
+LOG_ODDS_OF_UNEVEN = math.log(0.1 / 0.9)
 """Of a loss not by dry friction alone, a priori."""
-SURELY_FASTER = 0.95
+SURELY_UNEVEN = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
 
 _AMPLITUDE, _FRICTION = 0, 1
@@ -55,7 +55,7 @@ _LEAST_FREEDOM = 2
 _EXPONENTS = 400
 """Number of equally probable exponents of the record that represent their prior."""
 _ROUNDS = 4
-"""Iterations in which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
+"""Iterations in which amplitudes in motion, and what is lost in proportion to them, are those fitted."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
 EXACT_TO = 5e-4
@@ -75,33 +75,46 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
         In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
         few half cycles determine it.
     """
-    response, design, _ = _rows(decay, damped=False)
-    found = _regressed(response, design)
-    return None if found is None else found.coefficient
+    found = _law(decay, damped=False)
+    return None if found is None else found.posterior.coefficient
 
 
-class FasterLoss(NamedTuple):
-    """Whether amplitudes fall faster while they are larger, as under viscous damping.
+class UnevenLoss(NamedTuple):
+    """Whether amplitudes fall faster or slower while they are larger, which dry friction alone does not do.
 
     Attributes
     ----------
     probability : float
         That they do.
+    faster : bool
+        Whether faster is more probable than slower, as under viscous damping.
     coefficient : Mixture
-        Friction coefficient of the signal if they do.
+        Friction coefficient of the signal if they do: of small swings.
     """
 
     probability: float
+    faster: bool
     coefficient: Mixture
 
+    @property
+    def sure(self) -> bool:
+        """Whether they surely do."""
+        return self.probability >= SURELY_UNEVEN
 
-def faster_loss(decay: FreeDecay) -> FasterLoss | None:
+    @property
+    def likelier(self) -> bool:
+        """Whether the record speaks for it, whatever was known before."""
+        return self.probability > float(expit(LOG_ODDS_OF_UNEVEN))
+
+
+def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
-    The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is half-normal
-    with the sd with which this takes all that is lost, as fitted: the record itself has the scale. The Bayes
-    factor is the density of the data given ``c``, averaged over that prior, over the density given ``c = 0``,
-    both with all else integrated out.
+    The amplitude loses ``c`` times its integral over the record, of length one, as well; ``c`` is normal
+    about zero with the sd with which this takes all that is lost, as fitted: the record itself has the scale.
+    Below zero it is no damping, but friction that grows with time or as the motion slows, or a sensor that
+    shows large swings too small. The Bayes factor is the density of the data given ``c``, averaged over that
+    prior, over the density given ``c = 0``, both with all else integrated out.
 
     Parameters
     ----------
@@ -109,38 +122,19 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
 
     Returns
     -------
-    FasterLoss or None
+    UnevenLoss or None
         None where there are too few half cycles to compute it.
     """
-    response, design, place = _rows(decay, damped=True)
-    alone = _regressed(response, design, exact=EXACT_TO**2)
-    if alone is None:
+    law = _law(decay, damped=True)
+    if law is None:
         return None
-    # up to the place of each amplitude, so that what is lost within its half cycle is taken as sampled
-    size = place.size
-    share, ratio = design[:size, _AMPLITUDE], design[:size, _FRICTION] / design[:size, _AMPLITUDE]
-    step, fitted = 0.5 * np.diff(place), response[:size] / share
-    column, damped = np.zeros(response.size), alone
-    for _ in range(_ROUNDS):
-        lost = np.concatenate([[0.0], np.cumsum(0.5 * step * (fitted[1:] + fitted[:-1]))])
-        column[:size] = -share * lost
-        found = _regressed(response, np.column_stack([design, column]), exact=EXACT_TO**2)
-        if found is None:
-            return None
-        damped = found
-        fitted = damped.start + ratio * damped.coefficient.mean() - damped.last.mean() * lost
+    damped, fitted, lost = law
     sd = max((fitted[0] - fitted[-1]) / lost[-1], 0.0)
-    exponents = sd * stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
+    exponents = sd * stats.norm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
-    log_odds += LOG_ODDS_OF_FASTER
-    return FasterLoss(float(expit(log_odds)), damped.coefficient)
-
-
-def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
-    """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
-    faster = faster_loss(decay)
-    return None if faster is None or faster.probability < SURELY_FASTER else faster
+    log_odds += LOG_ODDS_OF_UNEVEN
+    return UnevenLoss(float(expit(log_odds)), bool(damped.last.mean() > 0.0), damped.coefficient)
 
 
 class _Regressed(NamedTuple):
@@ -151,15 +145,48 @@ class _Regressed(NamedTuple):
     last: Mixture
 
 
-def _rows(decay: FreeDecay, *, damped: bool) -> tuple[Array, Array, Array]:
-    """See :func:`~friction_bayes.estimators.envelope.half_cycle_rows.half_cycle_rows`."""
+class _Law(NamedTuple):
+    """A regression of the amplitudes, those it gives of the half cycles in motion, and their integral."""
+
+    posterior: _Regressed
+    fitted: Array
+    lost: Array
+
+
+def _law(decay: FreeDecay, *, damped: bool) -> _Law | None:
+    """Amplitudes under dry friction, or with a part in proportion to them as well; None where too few.
+
+    A half cycle whose amplitude would not be positive does not take place: the mass is at rest.
+    """
     decay = decay.on_even_grid()
     polynomial, values, _ = tracked_phase(decay, damped=damped)
     swing = swing_frequency(decay.system, decay.unit)
-    return half_cycle_rows(values, polynomial, decay.quantity.order, swing)
+    response, design, place = half_cycle_rows(values, polynomial, decay.quantity.order, swing)
+    size, moving = place.size, np.ones(response.size, np.bool_)
+    share, ratio = design[:size, _AMPLITUDE], design[:size, _FRICTION] / design[:size, _AMPLITUDE]
+    step, fitted = 0.5 * np.diff(place), response[:size] / share
+    law = None
+    # without damping only what is in motion may change from the first round to the second
+    for again in range(_ROUNDS if damped else 2):
+        if again > 0:
+            moving[:size] = np.logical_and.accumulate(fitted > 0.0)
+        # up to the place of each amplitude, so that what is lost within its half cycle is taken as sampled
+        lost = np.concatenate([[0.0], np.cumsum(step * (fitted[1:] + fitted[:-1]))])
+        columns = design
+        if damped:
+            column = np.zeros(response.size)
+            column[:size] = -share * lost
+            columns = np.column_stack([design, column])
+        found = _regressed(response[moving], columns[moving], EXACT_TO**2 if damped else _EXACT)
+        if found is None:
+            return None
+        last = np.count_nonzero(moving[:size])
+        fitted = found.start + ratio * found.coefficient.mean() - damped * found.last.mean() * lost
+        law = _Law(found, fitted[:last], lost[:last])
+    return law
 
 
-def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regressed | None:
+def _regressed(response: Array, design: Array, exact: float) -> _Regressed | None:
     """Posterior averaged over the walk of the amplitudes; None where their scatter cannot be estimated.
 
     The residual is taken to be at least the share ``exact`` of their sum of squares.

@@ -29,6 +29,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
+from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.statespace.coloured_noise import Autoregression
@@ -392,7 +393,7 @@ def _best(parts: Sequence[_Evaluated]) -> _Evaluated:
 
 def _account(part: _Evaluated, probability: float, prepared: PreparedDecay) -> NoiseAccount:
     """The account in units of the signal."""
-    laid, posterior, decay = part.laid, part.posterior, prepared.decay
+    laid, posterior, decay = part.laid, over_noise(part.posterior, part.prior), prepared.decay
     regression, frequency = laid.regression, laid.frequency
     kappa = posterior.coefficient("stiffness")
     found = frequency * frequency_change(kappa.mean())

@@ -22,9 +22,9 @@ from friction_bayes.decay.sensor_calibration import force_factor, swing_frequenc
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion, PosteriorPart, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
-    FasterLoss,
+    UnevenLoss,
     loss_of_amplitude,
-    surely_faster_loss,
+    uneven_loss,
 )
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
@@ -132,31 +132,35 @@ def _accounts_of(
 
 
 def _witness_of(
-    decay: FreeDecay, coefficient: Any, faster: FasterLoss | None, accounts: Sequence[NoiseAccount]
+    decay: FreeDecay, coefficient: Any, uneven: UnevenLoss | None, accounts: Sequence[NoiseAccount]
 ) -> Witness | None:
     """Witness by the loss of amplitude of a friction posterior; None where it cannot be computed.
 
-    Where the amplitudes surely fall as under damping, friction is what they leave to it, and disagrees with a
-    fit of dry friction alone. What lies between the two is what other laws leave to it: drag in proportion to
-    the square of the velocity, and friction that falls with time. Averaged by their evidence the two would
-    rarely contain the friction of a record under one of those.
+    Where the loss is surely uneven, friction is what that leaves to it, and disagrees with a fit of dry
+    friction alone. What lies between the two is what other laws leave to it: drag in proportion to the square
+    of the velocity, and friction that changes with time.
 
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    lost = loss_of_amplitude(decay) if faster is None else faster.coefficient
+    if uneven is not None and uneven.sure:
+        return Witness(uneven.coefficient, agrees=False, bounds=False)
+    lost = loss_of_amplitude(decay)
     if lost is None:
         return None
-    if any(each.filter is not None for each in accounts):
-        # the amplitudes are those of the signal
-        shares = [each.probability for each in accounts]
-        lost = Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)
-    if faster is not None:
-        return Witness(lost, agrees=False, bounds=False)
+    lost = _before_filter(lost, accounts)
     known = sum(each.probability for each in accounts if each.of_known_noise)
     told_apart = bool(accounts) and (decay.quantity.order < 2 or known > 0.5)
     return Witness.compared(coefficient, lost, bounds=not told_apart)
+
+
+def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
+    """Friction by the loss of amplitude of the motion, from that of the signal."""
+    if all(each.filter is None for each in accounts):
+        return lost
+    shares = [each.probability for each in accounts]
+    return Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)
 
 
 def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
@@ -176,10 +180,12 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         frequency_sd=fit.frequency_sd,
         noise_sd=fit.noise_sd,
     )
-    accounts, faster = _accounts_of(decay, white, fit.motion, fit.rest_position), surely_faster_loss(decay)
-    fit = replace(fit, faster_loss=faster)
+    accounts, uneven = _accounts_of(decay, white, fit.motion, fit.rest_position), uneven_loss(decay)
+    if uneven is not None:
+        uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
+    fit = replace(fit, uneven_loss=uneven)
     if not accounts:
-        return replace(fit, witness=_witness_of(decay, fit.coefficient, faster, ()))
+        return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
     answer = _averaged(white, accounts)
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
@@ -192,7 +198,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         accounts=accounts,
         account_parts=_parts(decay, fit, accounts),
         random_force=_random_force_of(accounts),
-        witness=_witness_of(decay, answer.coefficient, faster, accounts),
+        witness=_witness_of(decay, answer.coefficient, uneven, accounts),
     )
 
 

@@ -2,7 +2,7 @@
 
 Each is a conservative version, from sums over the residual, of a longer test
 (:func:`~friction_bayes.estimators.noise.noise_level.looks_white`,
-:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.faster_loss`): it passes by a margin only, so
+:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.uneven_loss`): it passes by a margin only, so
 that no record passes which the longer one would reject. The other records are left to the longer test.
 """
 
@@ -20,7 +20,7 @@ from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
-from friction_bayes.estimators.envelope.loss_of_amplitude import LOG_ODDS_OF_FASTER, SURELY_FASTER
+from friction_bayes.estimators.envelope.loss_of_amplitude import LOG_ODDS_OF_UNEVEN, SURELY_UNEVEN
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
     ComparedForces,
@@ -63,7 +63,7 @@ _LAGS_AT_A_TIME, _NEAR = 10, 2000
 """Lags that one reading gives products of, and values that are read while they are near."""
 _BESIDE = MOST_LAGS + _LAGS_AT_A_TIME
 """Zeros on either side of values whose products are added up, so that no sum ends early."""
-_ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - LOG_ODDS_OF_FASTER
+_ODDS_OF_UNEVEN_LOSS = math.log(SURELY_UNEVEN / (1.0 - SURELY_UNEVEN)) - LOG_ODDS_OF_UNEVEN
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
 
@@ -236,7 +236,7 @@ def _straight(
     scale: float,
     residual: NDArray[np.float32],
 ) -> bool:
-    """Whether the residual of a fit surely has no loss that is faster while the amplitude is larger.
+    """Whether the residual of a fit surely has no loss that depends on the amplitude.
 
     The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
     is filled in.
@@ -289,13 +289,11 @@ def _straight(
     basis[0], basis[1], basis[2] = 0.0, 0.0, 1.0
     column, _ = solve_spd(matrix, basis)
     variance = column[2] * rest / (count - 3)
-    return _log_bayes_factor(fitted[2], variance, sd) < _ODDS_OF_FASTER_LOSS - _MARGIN
+    return _log_bayes_factor(fitted[2], variance, sd) < _ODDS_OF_UNEVEN_LOSS - _MARGIN
 
 
 @njit(**INNER)
 def _log_bayes_factor(exponent: float, variance: float, sd: float) -> float:
-    """Of a half-normal exponent of this sd, found with a variance, over none."""
+    """Of a normal exponent of this sd about zero, found with a variance, over none."""
     wider = sd * sd + variance
-    at = sd * exponent / math.sqrt(variance * wider)
-    above = 0.5 * math.erfc(-at / math.sqrt(2.0))
-    return math.log(2.0 * max(above, 1e-300)) + 0.5 * math.log(variance / wider) + 0.5 * at * at
+    return 0.5 * math.log(variance / wider) + 0.5 * exponent**2 * sd * sd / (variance * wider)

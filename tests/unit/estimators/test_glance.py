@@ -9,7 +9,7 @@ from decays import SYSTEM, long_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.estimators.base import FreeDecays
-from friction_bayes.estimators.envelope.loss_of_amplitude import surely_faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import uneven_loss
 from friction_bayes.estimators.noise.force_screen import force_table, probability_of_none
 from friction_bayes.estimators.noise.noise_level import compared_forces, looks_white
 from friction_bayes.estimators.registry import estimator_named
@@ -74,7 +74,7 @@ def test_a_glance_passes_what_the_longer_looks_pass(rng: np.random.Generator) ->
     longer = np.array(
         [looks_white(fits.residual(k), fits.frequency[k] * decays.decay(k).time, 0, 5) for k in range(24)]
     )
-    slower = np.array([surely_faster_loss(decays.decay(k)) is None for k in range(24)])
+    slower = np.array([not uneven_loss(decays.decay(k)).sure for k in range(24)])
     assert not np.any(white & ~longer)
     assert not np.any(straight & ~slower)
     # of a glance that passed nothing all of this would be true
