@@ -215,7 +215,7 @@ def test_coverage_of_the_conjugate_intervals(rng: np.random.Generator) -> None:
     testing.assert_coverage(intervals[:, 0], intervals[:, 1], r, level=0.9, false_alarm_rate=RARE)
     # the interval of a posterior given every sample twice
     twice = np.array([NORMAL_GAMMA.update(np.tile(x, 2)).friction_interval(0.9) for x in data])
-    with pytest.raises(AssertionError, match=r"intervals hold the truth, 0\.9 should"):
+    with pytest.raises(AssertionError, match=r"intervals cover the truth, 0\.9 should"):
         testing.assert_coverage(twice[:, 0], twice[:, 1], r, level=0.9)
 
 

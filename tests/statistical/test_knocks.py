@@ -1,9 +1,9 @@
 """A knock is found where it is and not where it is not, and leaves the random force what it was.
 
 Decays of a simulator of their own. Of 100 with a random force and no knock none had one, read by a sensor of
-displacement or velocity, and 1 by an accelerometer (the test may fail in 1 % by chance); read twice as often 5,
-4 of them at the last turning points, where the mass is held for a moment. Of 36 with one knock of five
-frictions for 0.05 s, read by each kind of sensor, all had it, at its time.
+displacement or velocity, and 1 by an accelerometer (1 % may fail by chance); read twice as often 5, 4 of them
+at the last turning points, where the mass is held for a moment. Of 36 with one knock of five frictions for
+0.05 s, read by each kind of sensor, all had it, at its time.
 """
 
 from __future__ import annotations

@@ -288,7 +288,7 @@ def test_coverage(rng: np.random.Generator) -> None:
     result = testing.assert_coverage(x - half, x + half, 0.0, level=0.9, false_alarm_rate=RARE)
     assert result.standard_error == pytest.approx(np.sqrt(0.09 / 4000))
     for factor in (0.9, 1.15):
-        with pytest.raises(AssertionError, match=r"of 4000 intervals hold the truth, 0\.9 should"):
+        with pytest.raises(AssertionError, match=r"of 4000 intervals cover the truth, 0\.9 should"):
             testing.assert_coverage(x - factor * half, x + factor * half, 0.0, level=0.9)
     near = 0.965 * half
     testing.assert_coverage(x - near, x + near, 0.0, level=0.9, tolerance=0.02, false_alarm_rate=RARE)
