@@ -259,7 +259,8 @@ def _shapes(
     taken = np.array(prior if scores is None else scores)
     half = 0.5 * (taken[1] - taken[0])
     edges = np.append(taken - half, taken[-1] + half)
-    mass = np.diff(ndtr(edges))
+    # by the nearer tail: probabilities next to one are rounded
+    mass = np.where(edges[:-1] > 0.0, -np.diff(ndtr(-edges)), np.diff(ndtr(edges)))
     if scores is None:
         mass /= mass.sum()
 

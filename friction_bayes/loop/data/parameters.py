@@ -115,11 +115,12 @@ class Coordinate:
 
     def at_score(self, score: float) -> float:
         """Coordinate at the prior quantile of a normal score."""
-        share = float(special.ndtr(score))
         if self.prior.family == "uniform":
-            return share
-        low, high = special.ndtr(self.support)
-        return float(special.ndtri(low + (high - low) * share))
+            return float(special.ndtr(score))
+        # by the nearer tail: a probability next to one is rounded
+        side = -1.0 if score > 0.0 else 1.0
+        low, high = special.ndtr(sorted(side * end for end in self.support))
+        return side * float(special.ndtri(low + (high - low) * special.ndtr(side * score)))
 
     @property
     def start(self) -> float:

@@ -29,6 +29,24 @@ def test_a_force_is_linear_in_its_size_however_fast_the_motion(swing: float) -> 
     assert all(column.of_friction for column in columns)
 
 
+@pytest.mark.parametrize("name", ["stribeck_friction", "presliding"])
+def test_a_shape_far_from_its_prior_is_a_number(name: str) -> None:
+    """Data may lead there round by round; a probability next to one is rounded to one from 8.3 sd on."""
+    scales = Scales(
+        system=SYSTEM, quantity=QUANTITIES["displacement"], amplitude=0.01, duration=4.0, sampling_rate=500.0
+    )
+    phase = np.linspace(0.0, 40.0, 2000)
+    path = MeasuredPath.through(phase, 0.01 * np.cos(phase), -0.01 * np.sin(phase))
+    evaluator = ForceEvaluator(10.0, 10.0, 1000.0, friction=1e-3, duration=4.0, origin=0.0)
+    far = (8.0, 8.5, 9.0, 9.5, 10.0)
+    found = list(force_columns(name, scales, evaluator, path, far))
+    shapes = [column.shape[0] for column, _ in found if column.shape]
+    assert all(np.isfinite([shape.low, shape.value, shape.high]).all() for shape in shapes)
+    assert all(shape.low < shape.value < shape.high and shape.weight > 0.0 for shape in shapes)
+    assert np.all(np.diff([shape.value for shape in shapes]) > 0.0)
+    assert all(np.isfinite(each.force(path.nodes)).all() for each in found)
+
+
 @pytest.mark.parametrize("name", ["encoder_eccentricity", "sensor_offset"])
 def test_columns_are_linear_about_the_faults_of_the_law_before(name: str) -> None:
     """Of a swing that is a little larger, read by a sensor that is a little worse."""
