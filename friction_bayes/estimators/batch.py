@@ -120,7 +120,9 @@ def estimate_batch(
 
     The numbers are those of :func:`friction_bayes.estimate` with ``random_force="none"``, record by record,
     up to rounding. With ``random_force="auto"`` method ``waveform`` averages those records whose residuals
-    are not white noise over a force that fluctuates, as :func:`friction_bayes.estimate` does with all.
+    are not white noise over a force that fluctuates, as :func:`friction_bayes.estimate` does with all. A loss
+    of amplitude that is not by dry friction alone counts only where it is sure, while
+    :func:`friction_bayes.estimate` counts it by its probability.
     Readings that a logger held (:mod:`friction_bayes.records.held_readings`) are fitted as they are: all
     records have one clock here. Estimate such a record by itself.
 

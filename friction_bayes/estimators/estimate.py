@@ -51,7 +51,8 @@ _MAY_BE_NONE = 0.01
 _FASTER = ("faster", "as under viscous damping, drag or friction that falls with time", "with damping")
 _SLOWER = (
     "slower",
-    "as under friction that grows with time or as the motion slows, or of a sensor that bends",
+    "as under friction that grows with time or as the motion slows, or of a sensor that shows large swings "
+    "too small",
     "at small swings",
 )
 """How the amplitude falls while it is larger, under what, and of which law friction is then reported."""
@@ -258,7 +259,8 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         then += " there need be no dry friction"
     else:
         then += f" dry friction is {of(uneven.coefficient)} by the amplitudes"
-    reported = "this is reported" if fit.witness is None else "the interval reported spans both"
+    spans = "spans both" if uneven.sure else "reaches from the one towards the other by that probability"
+    reported = "this is reported" if fit.witness is None else f"the interval reported {spans}"
     text = (
         f"{decay.name}: the amplitude falls {how} while it is larger (probability "
         f"{number(uneven.probability, 3)}), {under}: {then}, "

@@ -42,7 +42,11 @@ __all__ = [
 ]
 
 LOG_ODDS_OF_UNEVEN = math.log(0.1 / 0.9)
-"""Of a loss not by dry friction alone, a priori."""
+"""Of a loss not by dry friction alone, a priori: a judgement.
+
+With even odds 71 % of records of a damping ratio of .002 are covered instead of 57, and one in ten without
+damping has an interval more than six times as wide.
+"""
 SURELY_UNEVEN = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
 
