@@ -277,7 +277,7 @@ class Candidates:
             LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
         } | {
             f"{name}.{parameter}": values
-            for name in self.sets[0] - {OUTLIERS.name, SENSOR_CLIPPING.name}
+            for name in in_catalogue_order(self.sets[0] - {OUTLIERS.name, SENSOR_CLIPPING.name})
             for parameter, values in self.laws.parameters(name, best).items()
         }
         if not self.fit.one:
