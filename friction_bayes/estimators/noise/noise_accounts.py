@@ -316,6 +316,13 @@ class _Evaluated:
     log_prior: float
     weaker_above: bool = False
 
+    @cached_property
+    def apart(self) -> Problem:
+        """The regression with the corners integrated out, their prior in units of the noise."""
+        regression = self.laid.regression
+        corners = np.array([name.startswith(CORNER) for name in regression.names])
+        return Problem([Member(regression=regression)], corners, Spread.none(len(regression.sets)))
+
     @property
     def log_evidence(self) -> float:
         """Of the record in the unit of its signal, up to what all accounts share."""
@@ -393,7 +400,7 @@ def _best(parts: Sequence[_Evaluated]) -> _Evaluated:
 
 def _account(part: _Evaluated, probability: float, prepared: PreparedDecay) -> NoiseAccount:
     """The account in units of the signal."""
-    laid, posterior, decay = part.laid, over_noise(part.posterior, part.prior), prepared.decay
+    laid, posterior, decay = part.laid, over_noise(part.apart, part.posterior, part.prior), prepared.decay
     regression, frequency = laid.regression, laid.frequency
     kappa = posterior.coefficient("stiffness")
     found = frequency * frequency_change(kappa.mean())
@@ -401,8 +408,8 @@ def _account(part: _Evaluated, probability: float, prepared: PreparedDecay) -> N
     unit = frequency**2 * found ** (decay.order - 2)
     # of a sample, where the regression has means of blocks
     noise_unit = laid.unit * math.sqrt(decay.block)
-    best = posterior.best
-    innovations = regression.innovations(posterior.best_law(), best.ratio, best.tau)
+    best = part.posterior.best
+    innovations = regression.innovations(part.posterior.best_law(), best.ratio, best.tau)
     forced = part.has_force
     return NoiseAccount(
         coloured=regression.clock.autoregression is not None,
@@ -428,10 +435,7 @@ def _scaled_log_normal(distribution: Any, factor: float) -> Any:
 
 def _target(part: _Evaluated, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
     """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
-    laid, regression = part.laid, part.laid.regression
-    # a sampler need not draw the coefficients of the corners, which are integrated out
-    corners = np.array([name.startswith(CORNER) for name in regression.names])
-    problem = Problem([Member(regression=regression)], corners, Spread.none(len(regression.sets)))
+    laid, regression, problem = part.laid, part.laid.regression, part.apart
     names = [regression.names[j] for j in problem.shared]
     friction, stiffness = names.index("friction"), names.index(regression.names[regression.stiffness])
     noise_unit = laid.unit * math.sqrt(prepared.decay.block)

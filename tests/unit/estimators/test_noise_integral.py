@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
 from scipy.special import logsumexp
 
 import friction_bayes as fb
+from friction_bayes.estimators.noise import noise_accounts as accounts_module
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay, PreparedDecay
 from friction_bayes.estimators.noise.noise_accounts import noise_accounts
+from friction_bayes.estimators.noise.noise_integral import over_noise
+from friction_bayes.statespace.force_grid import Posterior
+from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.problem import Problem
 
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=1.0)
@@ -77,3 +82,31 @@ def test_friction_and_noise_are_those_of_a_fine_grid(step: float, rng: np.random
     assert white.coefficient.mean() == pytest.approx(mean * unit, abs=0.005 * sd)
     assert white.coefficient.std() == pytest.approx(sd * unit, rel=0.005)
     assert white.noise_sd == pytest.approx(noise, rel=0.005)
+
+
+def test_of_many_samples_little_changes_whatever_the_corners(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    """Corners far from their prior leave the noise as it is, as for a sampler: that is its unit."""
+    changes: list[tuple[bool, float, float]] = []
+
+    def compared(problem: Problem, posterior: Posterior, prior: ForcePrior) -> Posterior:
+        found = over_noise(problem, posterior, prior)
+        before, after = posterior.coefficient("friction"), found.coefficient("friction")
+        shift = (after.mean() - before.mean()) / before.std()
+        changes.append((bool(problem.own.any()), after.std() / before.std(), shift))
+        return found
+
+    monkeypatch.setattr(accounts_module, "over_noise", compared)
+    motion = {"friction": 0.01, "initial_displacement": 1.0, "duration": 60.0, "sampling_rate": 25.0}
+    record = fb.simulate(SYSTEM, **motion, noise_sd=1e-4, seed=seed)
+    velocity = fb.simulate(SYSTEM, **motion, quantity="velocity").values
+    # the sensor lags where the motion is slow
+    record = record.copy(data=record.values - 0.03 * np.sign(velocity) * np.exp(-((velocity / 0.05) ** 2)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.RecordWarning)
+        fb.estimate(record, SYSTEM)
+    assert {own for own, _, _ in changes} == {False, True}
+    for _, width, shift in changes:
+        assert 1.0 < width < 1.02
+        assert abs(shift) < 0.02
