@@ -150,9 +150,13 @@ def _witness_of(
     if lost is None:
         return None
     lost = _before_filter(lost, accounts)
-    known = sum(each.probability for each in accounts if each.of_known_noise)
-    told_apart = bool(accounts) and (decay.quantity.order < 2 or known > 0.5)
-    return Witness.compared(coefficient, lost, bounds=not told_apart)
+    separated = bool(accounts) and (decay.quantity.order < 2 or _noise_is_known(accounts))
+    return Witness.compared(coefficient, lost, bounds=not separated)
+
+
+def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
+    """Whether the noise is rather white, or that of a filter."""
+    return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
 
 
 def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
@@ -183,6 +187,9 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     accounts, uneven = _accounts_of(decay, white, fit.motion, fit.rest_position), uneven_loss(decay)
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
+        if decay.quantity.order == 2 and _noise_is_known(accounts) and not uneven.sure:
+            # the jump at each turning point shows friction itself, better than amplitudes exclude damping
+            uneven = None
     fit = replace(fit, uneven_loss=uneven)
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))

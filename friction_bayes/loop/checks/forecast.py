@@ -19,6 +19,7 @@ from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, dra
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
 from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
@@ -39,6 +40,9 @@ def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) ->
     """
     segment = fit.segment
     head = int(settings.SETTINGS.fitted_share * segment.moving)
+    if fit.knocks:
+        # of a force that may act
+        effects = (*effects, RANDOM_FORCE.name)
     first, filter_ = fit_first_part(fit, effects, head), fit.law.filter
     if first is None:
         return None

@@ -32,7 +32,8 @@ def test_it_is_found_with_its_size_and_friction(record: xr.DataArray) -> None:
 
 def test_it_goes_on_in_the_forecast(record: xr.DataArray, seed: int) -> None:
     """Its clock is that of the record: one that began anew would be several noise sd off at the end."""
-    predicted = forecast(fitted(record, ("stiffness_drift",), SYSTEM), np.random.default_rng(seed))
+    effects = ("stiffness_drift",)
+    predicted = forecast(fitted(record, effects, SYSTEM), effects, np.random.default_rng(seed))
     assert predicted is not None
     z = (predicted.signal - predicted.mean) / predicted.sd
     assert np.sqrt(np.mean(z**2)) < 2.0
