@@ -154,7 +154,7 @@ class Problem:
         self._possible = np.ones(len(self.sets), np.bool_)
         self._known: dict[tuple[float, float], SetEvidences] = {}
         self._bounds: dict[tuple[float, float], list[_Part]] = {}
-        self._together: dict[tuple[float, float], _Eliminated] = {}
+        self._summed: dict[tuple[float, float], tuple[Array, float, int]] = {}
 
     @classmethod
     def of(cls, regression: LawRegression) -> Problem:
@@ -332,12 +332,7 @@ class Problem:
 
     def _left(self, point: GridPoint, row: int) -> _Eliminated:
         """Sums of the shared columns at a point, a set's own integrated out."""
-        place = point.ratio, point.tau
-        if not self.all_shared:
-            return self._eliminated(self._sums(*place)[0], row, point.found.full_noise2)
-        if place not in self._together:
-            self._together[place] = self._eliminated(self._sums(*place)[0], row, point.found.full_noise2)
-        return self._together[place]
+        return self._eliminated(self._sums(point.ratio, point.tau)[0], row, point.found.full_noise2)
 
     def _shared_posterior(
         self, left: _Eliminated, point: GridPoint, row: int, columns: Mask
@@ -374,7 +369,12 @@ class Problem:
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
-        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1), remembered."""
+        if (ratio, tau) not in self._summed:
+            self._summed[ratio, tau] = self._summed_up(ratio, tau)
+        return self._summed[ratio, tau]
+
+    def _summed_up(self, ratio: float, tau: float) -> tuple[Array, float, int]:
         grams, log_determinant, used = [], 0.0, 0
         for member in self.members:
             record = member.regression.whiten_at(member.ratio(ratio), tau)
