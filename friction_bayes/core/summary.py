@@ -44,8 +44,8 @@ class Summary:
 
     @classmethod
     def of_distribution(cls, distribution: Any, unit: str) -> Summary:
-        """Summarise a frozen distribution: anything with ``mean()``, ``std()`` and ``ppf(p)``."""
-        low, high = (float(distribution.ppf(p)) for p in TAILS)
+        """Summarise a frozen distribution: anything with ``mean()``, ``std()`` and ``ppf(p)`` of an array."""
+        low, high = np.asarray(distribution.ppf(np.array(TAILS))).tolist()
         mean = float(distribution.mean())
         return cls(mean=mean, sd=float(distribution.std()), interval90=_around(mean, low, high), unit=unit)
 

@@ -153,8 +153,7 @@ class Problem:
         self.least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
         self._possible = np.ones(len(self.sets), np.bool_)
         self._known: dict[tuple[float, float], SetEvidences] = {}
-        self._bounds: dict[tuple[float, float], list[_Part]] = {}
-        self._summed: dict[tuple[float, float], tuple[Array, float, int]] = {}
+        self._bounded: dict[tuple[float, float], list[_Part]] = {}
 
     @classmethod
     def of(cls, regression: LawRegression) -> Problem:
@@ -213,9 +212,7 @@ class Problem:
 
     def marginal(self, ratio: float, tau: float) -> Whitened:
         """Whitened sums of the shared columns, the own ones of the first set integrated out."""
-        grams, log_determinant, used = self._sums(ratio, tau)
-        left = self._eliminated(grams, 0, self._full_noise2(grams, used))
-        return Whitened(left.gram, log_determinant + left.log_determinant, used)
+        return self._bounds(ratio, tau)[self._part[0]].whitened
 
     def without(self, sets: Mask) -> Problem:
         """The same where the ``sets``, shape (n,), do not count; the bounds of all are kept."""
@@ -231,9 +228,7 @@ class Problem:
         return self._known[ratio, tau]
 
     def _evaluated(self, ratio: float, tau: float) -> SetEvidences:
-        if (ratio, tau) not in self._bounds:
-            self._bounds[ratio, tau] = self._bounded(ratio, tau)
-        parts = [part.among(self._possible) for part in self._bounds[ratio, tau]]
+        parts = [part.among(self._possible) for part in self._bounds(ratio, tau)]
         if len(parts) == 1:
             # of all sets: their noise is kept once
             (part,) = parts
@@ -250,8 +245,13 @@ class Problem:
             log_weight[part.mine], noise2[part.mine] = found.log_weight, found.noise2
         return SetEvidences(log_weight, noise2, parts[0].bounds.full_noise2)
 
-    def _bounded(self, ratio: float, tau: float) -> list[_Part]:
-        """Upper bounds of the weights of all sets, so that one is evaluated only where it may matter."""
+    def _bounds(self, ratio: float, tau: float) -> list[_Part]:
+        """Upper bounds of the weights of all sets, remembered: a set is evaluated only where it may matter."""
+        if (ratio, tau) not in self._bounded:
+            self._bounded[ratio, tau] = self._bound(ratio, tau)
+        return self._bounded[ratio, tau]
+
+    def _bound(self, ratio: float, tau: float) -> list[_Part]:
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
         parts = []
@@ -268,7 +268,7 @@ class Problem:
                 lam=lam,
                 nested=nested,
             )
-            parts.append(_Part(mine, sets, whitened, bounds))
+            parts.append(_Part(mine, sets, left, whitened, bounds))
         return parts
 
     def marginals(self, point: GridPoint, row: int) -> tuple[Array, Array]:
@@ -332,7 +332,7 @@ class Problem:
 
     def _left(self, point: GridPoint, row: int) -> _Eliminated:
         """Sums of the shared columns at a point, a set's own integrated out."""
-        return self._eliminated(self._sums(point.ratio, point.tau)[0], row, point.found.full_noise2)
+        return self._bounds(point.ratio, point.tau)[self._part[row]].left
 
     def _shared_posterior(
         self, left: _Eliminated, point: GridPoint, row: int, columns: Mask
@@ -352,29 +352,28 @@ class Problem:
         return not self.own.any() and bool((self._deviating < 0).all())
 
     @cached_property
-    def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
-        """The sets in parts: those of the same own columns, and the same column that differs by one spread.
+    def _part(self) -> Integers:
+        """Which part each set is in, shape (n,).
 
-        Of each part the places of its sets, their shared columns, and these nested.
+        Those of a part have the same own columns, and the same column that differs by one spread.
         """
         if self.all_shared:
-            return [(np.arange(len(self.sets)), self.sets, nest(self.sets))]
+            return np.zeros(len(self.sets), np.intp)
         same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
-        _, part = np.unique(same, axis=0, return_inverse=True)
+        return np.unique(same, axis=0, return_inverse=True)[1]
+
+    @cached_property
+    def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
+        """Of each part the places of its sets, their shared columns, and these nested."""
         parts = []
-        for each in range(int(part.max()) + 1):
-            mine = np.flatnonzero(part == each)
+        for each in range(int(self._part.max()) + 1):
+            mine = np.flatnonzero(self._part == each)
             sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
             parts.append((mine, sets, nest(sets)))
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
-        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1), remembered."""
-        if (ratio, tau) not in self._summed:
-            self._summed[ratio, tau] = self._summed_up(ratio, tau)
-        return self._summed[ratio, tau]
-
-    def _summed_up(self, ratio: float, tau: float) -> tuple[Array, float, int]:
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
         grams, log_determinant, used = [], 0.0, 0
         for member in self.members:
             record = member.regression.whiten_at(member.ratio(ratio), tau)
@@ -455,12 +454,15 @@ class _Part(NamedTuple):
         Their places among all sets.
     sets : ndarray of bool, shape (k, s)
         Their shared columns.
+    left : _Eliminated
     whitened : Whitened
+        The sums of ``left``.
     bounds : SetBounds
     """
 
     mine: Integers
     sets: Mask
+    left: _Eliminated
     whitened: Whitened
     bounds: SetBounds
 
