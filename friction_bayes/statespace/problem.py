@@ -3,14 +3,9 @@ r"""One or several records under one law: own coefficients are integrated out, a
 Of one record without own coefficients nothing is integrated out, and its sums are those of the problem.
 
 Given the random force a record is ``y = S b + O a + e`` with coefficients ``b`` that all records share and
-``a`` of its own: its start, the effects of its sensor. With the sums ``G`` of ``[O S y]`` and the normal
-prior of ``a``, of precision ``lam`` in units of the noise as in
-:mod:`friction_bayes.statespace.subset_evidence`, the likelihood of ``b`` has the sums
-
-.. math:: G_{SS} - G_{SO}\,(G_{OO}+\lambda I)^{-1} G_{OS}
-
-and :math:`\tfrac12\log|G_{OO}+\lambda I| - \tfrac{|O|}{2}\log\lambda` is subtracted from its log evidence.
-The sums of the records are added, and the sets are evaluated on them as on those of one record.
+``a`` of its own: its start, the effects of its sensor
+(:mod:`friction_bayes.statespace.own_columns`). The sums of the records are added, and the sets are evaluated
+on them as on those of one record.
 
 One coefficient may differ between the records, about a shared mean: the deviation is one more column of each
 record's own, whose prior sd is the spread between them. The spread takes a few values, zero among them; each
@@ -31,12 +26,8 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Whitened
-from friction_bayes.statespace.regression import (
-    RIDGE,
-    LawRegression,
-    likely_columns,
-    near_least_squares,
-)
+from friction_bayes.statespace.own_columns import Eliminated, OwnColumns, eliminate
+from friction_bayes.statespace.regression import LawRegression, likely_columns, near_least_squares
 from friction_bayes.statespace.subset_evidence import (
     NestedSets,
     SetBounds,
@@ -246,7 +237,7 @@ class Problem:
         return SetEvidences(log_weight, noise2, parts[0].bounds.full_noise2)
 
     def _bounds(self, ratio: float, tau: float) -> list[_Part]:
-        """Upper bounds of the weights of all sets, remembered: a set is evaluated only where it may matter."""
+        """Upper bounds of all weights, remembered, so that a set is evaluated only where it may matter."""
         if (ratio, tau) not in self._bounded:
             self._bounded[ratio, tau] = self._bound(ratio, tau)
         return self._bounded[ratio, tau]
@@ -255,8 +246,8 @@ class Problem:
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
         parts = []
-        for mine, sets, nested in self._parts:
-            left = self._eliminated(grams, int(mine[0]), lam)
+        for mine, sets, nested, own in self._parts:
+            left = self._eliminated(grams, own, lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
             bounds = bound_sets(
                 whitened,
@@ -330,12 +321,12 @@ class Problem:
         """
         return self._shared_posterior(self._left(point, row), point, row, columns)
 
-    def _left(self, point: GridPoint, row: int) -> _Eliminated:
+    def _left(self, point: GridPoint, row: int) -> Eliminated:
         """Sums of the shared columns at a point, a set's own integrated out."""
         return self._bounds(point.ratio, point.tau)[self._part[row]].left
 
     def _shared_posterior(
-        self, left: _Eliminated, point: GridPoint, row: int, columns: Mask
+        self, left: Eliminated, point: GridPoint, row: int, columns: Mask
     ) -> tuple[Array, Array]:
         shared, found = ~self.own, point.found
         return set_posterior(
@@ -363,13 +354,13 @@ class Problem:
         return np.unique(same, axis=0, return_inverse=True)[1]
 
     @cached_property
-    def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
-        """Of each part the places of its sets, their shared columns, and these nested."""
+    def _parts(self) -> list[tuple[Integers, Mask, NestedSets, OwnColumns]]:
+        """Of each part the places of its sets, their shared columns, these nested, and the own columns."""
         parts = []
         for each in range(int(self._part.max()) + 1):
             mine = np.flatnonzero(self._part == each)
             sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
-            parts.append((mine, sets, nest(sets)))
+            parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0]))))
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
@@ -386,30 +377,33 @@ class Problem:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
         if self.all_shared:
             return max(full_noise2(Whitened(grams.sum(axis=0), 0.0, used)), self.least_noise2)
-        mixing = self._mixing(self.own, np.unique(self._deviating), float(self.spread.sd.max()))
-        own = np.zeros((len(grams), mixing.shape[2] - np.count_nonzero(~self.own) - 1))
-        left = _eliminate(grams, mixing, own, 0.0)
-        return max(full_noise2(Whitened(left.gram, 0.0, used - own.size)), self.least_noise2)
+        deviating = np.unique(self._deviating)
+        own = self._columns(self.own, deviating[deviating >= 0], float(self.spread.sd.max()))
+        left = eliminate(grams, own, 0.0)
+        return max(full_noise2(Whitened(left.gram, 0.0, used - own.centre.size)), self.least_noise2)
 
-    def _eliminated(self, grams: Array, row: int, lam: float) -> _Eliminated:
-        """Integrate out the own columns of a set, deviations among them."""
+    def _eliminated(self, grams: Array, own: OwnColumns, lam: float) -> Eliminated:
+        """Integrate out own columns, deviations among them."""
         if self.all_shared:
             none = np.zeros((len(grams), 0, grams.shape[2]))
-            return _Eliminated(grams.sum(axis=0), 0.0, none[:, :, :0], none)
-        inside = self.inside(row)
-        _, deviation = self.deviation(row)
-        mixing = self._mixing(inside, self._deviating[[row]], deviation)
-        # what the reference has and the set lacks goes back into the record
-        mixing[:, :-1, -1] += np.where(self.own & ~inside, self.references, 0.0)
-        return _eliminate(grams, mixing, self._centre(row), lam)
+            return Eliminated(grams.sum(axis=0), 0.0, none[:, :, :0], none)
+        return eliminate(grams, own, lam)
 
-    def _mixing(self, inside: Mask, deviating: Integers, deviation: float) -> Array:
-        """Own columns, shared ones and the record as combinations of a record's columns, (r, p + 1, q)."""
-        p = self.own.size
-        unit = np.eye(p + 1)
-        deviations = deviation * unit[:, deviating[deviating >= 0]]
-        columns = [unit[:, :-1][:, inside], deviations, unit[:, :-1][:, ~self.own], unit[:, -1:]]
-        return np.tile(np.hstack(columns), (len(self.members), 1, 1))
+    def _own_columns(self, row: int) -> OwnColumns:
+        """Those of a set, the deviation among them; what the reference has and the set lacks goes back."""
+        inside, (column, sd) = self.inside(row), self.deviation(row)
+        deviating = np.array([column] if column >= 0 else [], np.intp)
+        own = self._columns(inside, deviating, sd)
+        return own._replace(centre=self._centre(row), back=np.where(self.own & ~inside, self.references, 0.0))
+
+    def _columns(self, inside: Mask, deviating: Integers, deviation: float) -> OwnColumns:
+        """Own columns ``inside`` and deviations of some columns, all about zero."""
+        columns = np.concatenate([np.flatnonzero(inside), deviating, self.shared])
+        scale = np.ones(columns.size)
+        first = np.count_nonzero(inside)
+        scale[first : first + deviating.size] = deviation
+        centre = np.zeros((len(self.members), first + deviating.size))
+        return OwnColumns(columns, scale, centre, np.zeros((len(self.members), self.own.size)))
 
     def _centre(self, row: int) -> Array:
         """The reference of the own columns, shape (r, k); that of deviations is zero."""
@@ -428,8 +422,7 @@ class Problem:
         first = self.members[0].regression
         likely = likely_columns(first.sets, first.log_prior)
         own = self.own & likely
-        none = np.zeros((len(grams), np.count_nonzero(own)))
-        left = _eliminate(np.array(grams), self._mixing(own, np.array([-1]), 0.0), none, 0.0)
+        left = eliminate(np.array(grams), self._columns(own, np.empty(0, np.intp), 0.0), 0.0)
         together = near_least_squares(left.gram, likely[~self.own])
         references = np.zeros((len(grams), self.scale.size))
         references[:, ~self.own] = together
@@ -454,7 +447,7 @@ class _Part(NamedTuple):
         Their places among all sets.
     sets : ndarray of bool, shape (k, s)
         Their shared columns.
-    left : _Eliminated
+    left : Eliminated
     whitened : Whitened
         The sums of ``left``.
     bounds : SetBounds
@@ -462,7 +455,7 @@ class _Part(NamedTuple):
 
     mine: Integers
     sets: Mask
-    left: _Eliminated
+    left: Eliminated
     whitened: Whitened
     bounds: SetBounds
 
@@ -470,55 +463,6 @@ class _Part(NamedTuple):
         """The same where some sets have no prior probability, ``possible`` of shape (n,)."""
         log_weight = np.where(possible[self.mine], self.bounds.log_weight, -np.inf)
         return self._replace(bounds=self.bounds._replace(log_weight=log_weight))
-
-
-class _Eliminated(NamedTuple):
-    """Sums without the records' own columns, and factors to recover these.
-
-    ``root`` (r, k, k) is the Cholesky factor of each record's own block, ``cross`` (r, k, s + 1) its inverse
-    times the sums of own columns with the shared ones and the record.
-    """
-
-    gram: Array
-    log_determinant: float
-    root: Array
-    cross: Array
-
-    def own(self, shared: Array, score: Array | None = None) -> Array:
-        """Own coefficients, shape (r, n, k), given shared ones, shape (n, s), both less their reference.
-
-        With normal scores, shape (r, n, k), draws for a noise of unit variance instead of means.
-        """
-        right = self.cross[:, :, -1][:, :, None] - self.cross[:, :, :-1] @ shared.T
-        if score is not None:
-            right = right + score.transpose(0, 2, 1)
-        return np.asarray(np.linalg.solve(self.root.transpose(0, 2, 1), right).transpose(0, 2, 1))
-
-
-def _eliminate(grams: Array, mixing: Array, centre: Array, lam: float) -> _Eliminated:
-    """Integrate out the columns that are first in ``mixing``; for ``lam`` zero, by least squares.
-
-    Parameters
-    ----------
-    grams : ndarray, shape (r, p + 1, p + 1)
-    mixing : ndarray, shape (r, p + 1, k + s + 1)
-    centre : ndarray, shape (r, k)
-        Reference of these columns' coefficients, whose prior mean is zero.
-    lam : float
-        Precision of that prior.
-    """
-    k = centre.shape[1]
-    sums = mixing.transpose(0, 2, 1) @ grams @ mixing
-    own, cross = sums[:, :k, :k].copy(), sums[:, :k, k:].copy()
-    diagonal = np.einsum("rkk->rk", own)
-    diagonal += lam if lam > 0.0 else RIDGE * diagonal + 1e-300
-    cross[:, :, -1] -= lam * centre
-    root = np.asarray(np.linalg.cholesky(own), dtype=np.float64)
-    cross = np.asarray(np.linalg.solve(root, cross), dtype=np.float64)
-    gram = (sums[:, k:, k:] - cross.transpose(0, 2, 1) @ cross).sum(axis=0)
-    gram[-1, -1] += lam * float(np.sum(centre**2))
-    prior = centre.size * math.log(lam) if lam > 0.0 else 0.0
-    return _Eliminated(gram, 2.0 * float(np.log(np.einsum("rkk->rk", root)).sum()) - prior, root, cross)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -540,7 +484,7 @@ class Conditional:
         Prior sd of the deviations.
     noise : float
         Of the sensor, the common one.
-    left : _Eliminated
+    left : Eliminated
         Sums of the shared columns.
     centre : ndarray, shape (r, k)
         Reference of the own coefficients.
@@ -554,7 +498,7 @@ class Conditional:
     deviating: int
     deviation: float
     noise: float
-    left: _Eliminated
+    left: Eliminated
     centre: Array
 
     def laws(self, shared: Array, rng: np.random.Generator | None = None) -> Array:

@@ -248,12 +248,7 @@ def bound_sets(
     full = max(full_noise2(whitened), least_noise2) if lam is None else lam
     if nested is None:
         nested = NestedSets.of(np.arange(reference.size), np.arange(len(sets)), sets)
-    columns = nested.columns
-    place = np.append(columns, reference.size)
-    gram = whitened.gram[np.ix_(place, place)]
-    regression = _Regression(
-        gram, whitened.log_determinant, whitened.used, reference[columns], positive[columns]
-    )
+    regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
     log_weight, noise2 = _bound_sets(regression, nested, _read_only(log_prior), full, least_noise2)
     return SetBounds(log_weight, noise2, full)
 
@@ -330,13 +325,18 @@ def _bound_sets(
     hold what is known after so many steps; the sums themselves only after ``known``, since the last column
     of a set is rarely the last but one of the next.
     """
-    gram, log_determinant, used, reference, positive = regression
-    _, order, sets, begins = nested
+    gram, log_determinant, used = regression.gram, regression.log_determinant, regression.used
+    columns, order, sets, begins = nested
     m, p = sets.shape
     left = np.empty((p + 1, p + 1, p + 1))
+    reference, positive = np.empty(p), np.empty(p, np.bool_)
     for a in range(p + 1):
-        for b in range(p + 1):
-            left[0, a, b] = gram[a, b]
+        own = columns[a] if a < p else p
+        if a < p:
+            reference[a], positive[a] = regression.reference[own], regression.positive[own]
+        for b in range(p):
+            left[0, a, b] = gram[own, columns[b]]
+        left[0, a, p] = gram[own, p]
     column, steps = np.empty(p, np.int64), np.zeros(p + 1, np.int64)
     square, log_factor, size, confined = np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1)
     square[0] = gram[p, p]
