@@ -82,6 +82,7 @@ class Posterior:
         self.ratio = np.array([point.ratio for point in points])
         self.tau = np.array([point.tau for point in points])
         self.noise = np.array([point.noise for point in points])
+        self._marginals: dict[tuple[int, int], tuple[Array, Array]] = {}
 
     @property
     def probability(self) -> float:
@@ -92,14 +93,13 @@ class Posterior:
         """Marginal of a coefficient in natural units; of the part with a force alone if ``given_force``."""
         j = self.problem.names.index(name)
         positive = bool(self.problem.positive[j])
-        weight = self.weight[self.ratio > 0.0] if given_force else self.weight
-        points = [point for point in self.points if point.ratio > 0.0 or not given_force]
+        weight = np.where((self.ratio > 0.0)[:, None], self.weight, 0.0) if given_force else self.weight
         weight = weight / weight.sum()
-        inside = self.problem.sets[:, j] & np.ones((len(points), 1), np.bool_)
+        inside = np.tile(self.problem.sets[:, j], (len(self.points), 1))
         atom = float(weight[~inside].sum())
         use = inside & (weight > _SLIGHT)
         kept = weight[use]
-        marginals = [self.problem.marginals(points[g], m) for g, m in np.argwhere(use)]
+        marginals = [self._marginals_at(g, m) for g, m in np.argwhere(use).tolist()]
         location = np.array([location[j] for location, _ in marginals])
         scale2 = np.array([scale2[j] for _, scale2 in marginals])
         if kept.size == 0:
@@ -110,6 +110,12 @@ class Posterior:
         return Mixture.of_normals(
             kept, location * scale, np.sqrt(scale2) * scale, positive=positive, atom=atom
         )
+
+    def _marginals_at(self, g: int, m: int) -> tuple[Array, Array]:
+        """Those of all coefficients of a set at a point, remembered: each coefficient looks at them."""
+        if (g, m) not in self._marginals:
+            self._marginals[g, m] = self.problem.marginals(self.points[g], m)
+        return self._marginals[g, m]
 
     @cached_property
     def _share(self) -> Array:

@@ -9,9 +9,9 @@ trajectory too where that explains the record better, as for a slight force.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,9 +54,9 @@ it: a less probable force hardly moves the turning points. In coloured noise it 
 own motion alone."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class NoiseAccount:
-    """One account of the residual of dry friction: white or coloured noise, with or without a random force.
+    """An account of the residual, its posterior in units of the signal computed when it is first read.
 
     Attributes
     ----------
@@ -76,28 +76,35 @@ class NoiseAccount:
         [rad/s].
     noise_sd : float
         Of a sample.
-    sd, correlation_time : frozen scipy.stats distribution or None
-        Of the random force, in the unit of ``coefficient`` and [s]; None without one.
+    sd, correlation_time : frozen scipy.stats distribution
+        Of the random force, in the unit of ``coefficient`` and [s]; of an account with one.
     innovations : Whiteness
         Of the whitened residuals at the most probable random force.
-    target : callable, float -> Target
-        The same posterior for a sampler, from the factor from ``coefficient`` to force.
     """
 
-    coloured: bool
-    weaker_above: bool
-    forced: bool
-    free_corners: bool
-    filter: RecordingFilter | None
+    _part: _Evaluated
+    _prepared: PreparedDecay
     probability: float
-    coefficient: Mixture
-    frequency: float
-    frequency_sd: float
-    noise_sd: float
-    sd: stats.distributions.rv_frozen | None
-    correlation_time: stats.distributions.rv_frozen | None
-    innovations: Whiteness
-    target: Callable[[float], Target] = field(repr=False)
+
+    @property
+    def coloured(self) -> bool:
+        return self._part.laid.regression.clock.autoregression is not None
+
+    @property
+    def weaker_above(self) -> bool:
+        return self._part.weaker_above
+
+    @property
+    def forced(self) -> bool:
+        return self._part.has_force
+
+    @property
+    def free_corners(self) -> bool:
+        return self._part.laid.has_free_corners
+
+    @property
+    def filter(self) -> RecordingFilter | None:
+        return self._part.laid.filter
 
     @property
     def gain(self) -> float:
@@ -120,6 +127,86 @@ class NoiseAccount:
         words += ["corners of any shape"] if self.free_corners else []
         words += [f"behind {self.filter.name}"] if self.filter is not None else []
         return ", ".join(words)
+
+    @cached_property
+    def _posterior(self) -> Posterior:
+        return over_noise(self._part.apart, self._part.posterior, self._part.prior)
+
+    @cached_property
+    def _stiffness(self) -> Mixture:
+        return self._posterior.coefficient("stiffness")
+
+    @property
+    def frequency(self) -> float:
+        return self._part.laid.frequency * frequency_change(self._stiffness.mean())
+
+    @property
+    def frequency_sd(self) -> float:
+        return 0.5 * self._part.laid.frequency**2 / self.frequency * self._stiffness.std()
+
+    @property
+    def _unit(self) -> float:
+        # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
+        return self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
+
+    @cached_property
+    def coefficient(self) -> Mixture:
+        return self._posterior.coefficient("friction").scaled(self._unit)
+
+    @cached_property
+    def noise_sd(self) -> float:
+        return self._posterior.noise_sd * self._noise_unit
+
+    @property
+    def _noise_unit(self) -> float:
+        # of a sample, where the regression has means of blocks
+        return self._part.laid.unit * math.sqrt(self._prepared.decay.block)
+
+    @property
+    def sd(self) -> stats.distributions.rv_frozen:
+        return _scaled_log_normal(self._posterior.force_sd, self._unit)
+
+    @property
+    def correlation_time(self) -> stats.distributions.rv_frozen:
+        return _scaled_log_normal(self._posterior.correlation_time, 1.0 / self._part.laid.frequency)
+
+    @property
+    def innovations(self) -> Whiteness:
+        regression, best = self._part.laid.regression, self._part.posterior.best
+        innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
+        return whiteness(innovations[np.isfinite(regression.clock.variance)])
+
+    def target(self, force_factor: float) -> Target:
+        """The same posterior for a sampler, given the factor from ``coefficient`` to force."""
+        laid, problem = self._part.laid, self._part.apart
+        names = [laid.regression.names[j] for j in problem.shared]
+        friction, stiffness = (
+            names.index("friction"),
+            names.index(laid.regression.names[laid.regression.stiffness]),
+        )
+        unit, noise_unit, forced = self._unit, self._noise_unit, self.forced
+
+        def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+            change = np.array([frequency_change(kappa) for kappa in law[:, stiffness]])
+            found = {
+                "friction": force_factor * unit * law[:, friction],
+                "frequency": laid.frequency * change,
+                "precision": (noise_unit * noise) ** -2.0,
+            }
+            if forced:
+                found |= {
+                    "random_force_sd": force_factor * unit * q,
+                    "correlation_time": tau / laid.frequency,
+                }
+            return found
+
+        return law_target(
+            problem,
+            self._prepared.prior if forced else None,
+            natural=natural,
+            signals=[self._prepared.signal + self._prepared.decay.rest_position],
+            unit=laid.unit,
+        )
 
 
 def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
@@ -150,7 +237,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         if sum(share for part, share in behind if not part.has_force) > 0.5:
             evaluated = [(part, share * (1.0 - probability)) for part, share in evaluated]
             evaluated += [(part, share * probability) for part, share in behind]
-    return tuple(_account(part, share, prepared) for part, share in evaluated)
+    return tuple(NoiseAccount(part, prepared, share) for part, share in evaluated)
 
 
 class _Shape(NamedTuple):
@@ -398,67 +485,5 @@ def _best(parts: Sequence[_Evaluated]) -> _Evaluated:
     return max(parts, key=lambda part: part.log_evidence)
 
 
-def _account(part: _Evaluated, probability: float, prepared: PreparedDecay) -> NoiseAccount:
-    """The account in units of the signal."""
-    laid, posterior, decay = part.laid, over_noise(part.apart, part.posterior, part.prior), prepared.decay
-    regression, frequency = laid.regression, laid.frequency
-    kappa = posterior.coefficient("stiffness")
-    found = frequency * frequency_change(kappa.mean())
-    # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
-    unit = frequency**2 * found ** (decay.order - 2)
-    # of a sample, where the regression has means of blocks
-    noise_unit = laid.unit * math.sqrt(decay.block)
-    best = part.posterior.best
-    innovations = regression.innovations(part.posterior.best_law(), best.ratio, best.tau)
-    forced = part.has_force
-    return NoiseAccount(
-        coloured=regression.clock.autoregression is not None,
-        weaker_above=part.weaker_above,
-        forced=forced,
-        free_corners=regression.names[-1].startswith(CORNER),
-        filter=laid.filter,
-        probability=probability,
-        coefficient=posterior.coefficient("friction").scaled(unit),
-        frequency=found,
-        frequency_sd=0.5 * frequency**2 / found * kappa.std(),
-        noise_sd=posterior.noise_sd * noise_unit,
-        sd=_scaled_log_normal(posterior.force_sd, unit) if forced else None,
-        correlation_time=_scaled_log_normal(posterior.correlation_time, 1.0 / frequency) if forced else None,
-        innovations=whiteness(innovations[np.isfinite(regression.clock.variance)]),
-        target=partial(_target, part, prepared, unit),
-    )
-
-
 def _scaled_log_normal(distribution: Any, factor: float) -> Any:
     return stats.lognorm(*distribution.args, scale=distribution.kwds["scale"] * factor)
-
-
-def _target(part: _Evaluated, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
-    """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
-    laid, regression, problem = part.laid, part.laid.regression, part.apart
-    names = [regression.names[j] for j in problem.shared]
-    friction, stiffness = names.index("friction"), names.index(regression.names[regression.stiffness])
-    noise_unit = laid.unit * math.sqrt(prepared.decay.block)
-    forced = part.has_force
-
-    def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
-        change = np.array([frequency_change(kappa) for kappa in law[:, stiffness]])
-        found = {
-            "friction": force_factor * unit * law[:, friction],
-            "frequency": laid.frequency * change,
-            "precision": (noise_unit * noise) ** -2.0,
-        }
-        if forced:
-            found |= {
-                "random_force_sd": force_factor * unit * q,
-                "correlation_time": tau / laid.frequency,
-            }
-        return found
-
-    return law_target(
-        problem,
-        prepared.prior if forced else None,
-        natural=natural,
-        signals=[prepared.signal + prepared.decay.rest_position],
-        unit=laid.unit,
-    )

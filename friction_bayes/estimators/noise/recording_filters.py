@@ -197,10 +197,13 @@ class FilterKind:
         Ascending, as probable one as another.
     of : callable, float -> RecordingFilter
         The filter of a size.
+    has_zeros : bool
+        Whether it suppresses some frequencies altogether.
     """
 
     sizes: Array
     of: Callable[[float], RecordingFilter]
+    has_zeros: bool
 
 
 def kinds_for(angle: float) -> list[FilterKind]:
@@ -222,7 +225,7 @@ def _means(angle: float) -> FilterKind:
 
         return RecordingFilter(f"a moving mean of {window:.0f} samples", response, angle)
 
-    return FilterKind(_windows(angle, 3, _LONGEST_MEAN), of)
+    return FilterKind(_windows(angle, 3, _LONGEST_MEAN), of, has_zeros=True)
 
 
 def _polynomials(angle: float, degree: int) -> FilterKind:
@@ -241,7 +244,7 @@ def _polynomials(angle: float, degree: int) -> FilterKind:
         name = f"a polynomial of degree {degree} or {degree + 1} over {window:.0f} samples (Savitzky-Golay)"
         return RecordingFilter(name, response, angle)
 
-    return FilterKind(_windows(angle, degree + 3, _LONGEST_POLYNOMIAL), of)
+    return FilterKind(_windows(angle, degree + 3, _LONGEST_POLYNOMIAL), of, has_zeros=True)
 
 
 def _corners(lowest: float, highest: float) -> Array:
@@ -274,7 +277,7 @@ def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
         slow = rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN]
         return RecordingFilter(name, own, angle, settling=slow, neighbour=neighbour)
 
-    return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of)
+    return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of, has_zeros=False)
 
 
 def _couplings(angle: float) -> FilterKind:
@@ -286,4 +289,4 @@ def _couplings(angle: float) -> FilterKind:
         own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
         return RecordingFilter(name, own, angle, settling=np.array([-corner + 0.0j]), neighbour=neighbour)
 
-    return FilterKind(_corners(*(share * angle for share in _COUPLING)), of)
+    return FilterKind(_corners(*(share * angle for share in _COUPLING)), of, has_zeros=False)

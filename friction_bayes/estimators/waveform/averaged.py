@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
@@ -42,6 +43,8 @@ _FEWEST_HALF_CYCLES = 8
 _MUCH_NARROWER = 0.5
 """Width of the interval from half a cycle later over the one from the start, below which the later is taken.
 Of eight half cycles one less widens it by a fifth, give or take a quarter."""
+_OMITTED = 1e-9
+"""Share of a part below which an average omits it."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -72,19 +75,22 @@ def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
     The noise of the fit is then at least that of its account.
     """
     louder = max(accounts[0].noise_sd / white.noise_sd, 1.0)
-    exact = Mixture.of_student(white.coefficient).widened(louder)
-    frequency_sd = white.frequency_sd * louder
-    parts = [
-        replace(accounts[0], coefficient=exact, frequency=white.frequency, frequency_sd=frequency_sd),
-        *accounts[1:],
-    ]
-    return _mean_of([each for each in parts if each.probability >= SLIGHT])
+    exact = _Averaged(
+        coefficient=Mixture.of_student(white.coefficient).widened(louder),
+        frequency=white.frequency,
+        frequency_sd=white.frequency_sd * louder,
+        noise_sd=accounts[0].noise_sd,
+    )
+    share = np.array([each.probability for each in accounts])
+    return _mean_of([exact, *accounts[1:]], np.where(share >= SLIGHT, share, 0.0))
 
 
-def _mean_of(parts: Sequence[NoiseAccount]) -> _Averaged:
-    share = np.array([each.probability for each in parts])
+def _mean_of(parts: Sequence[_Averaged | NoiseAccount], share: Array) -> _Averaged:
+    """Averages over parts; those without probability are not computed."""
     # none of a kind may have any probability to rounding
     share = share / share.sum() if share.sum() > 0.0 else np.eye(len(parts))[0]
+    parts = [part for part, own in zip(parts, share, strict=True) if own > _OMITTED]
+    share = share[share > _OMITTED] / share[share > _OMITTED].sum()
     mean = float(share @ [each.frequency for each in parts])
     spread = [each.frequency_sd**2 + (each.frequency - mean) ** 2 for each in parts]
     return _Averaged(
@@ -99,13 +105,17 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     """Posterior of the random force from the accounts that have one, and of friction with and without it."""
     forced = [each for each in accounts if each.forced]
     best = max(forced, key=lambda each: each.probability)
-    still = [each for each in accounts if not each.forced]
+
+    def coefficient(*, with_force: bool) -> Mixture:
+        same = [each for each in accounts if each.forced is with_force]
+        return _mean_of(same, np.array([each.probability for each in same])).coefficient
+
     return RandomForce(
         probability=sum(each.probability for each in forced),
         sd=best.sd,
         correlation_time=best.correlation_time,
-        coefficient_without=_mean_of(still).coefficient,
-        coefficient_with=_mean_of(forced).coefficient,
+        coefficient_without=coefficient(with_force=False),
+        coefficient_with=coefficient(with_force=True),
         innovations=best.innovations,
     )
 
