@@ -288,7 +288,7 @@ def _evaluated(
         prior = prior.without_force
     posterior = integrate_force(problem, prior, only_mode=only_mode)
     fits = tuple(
-        force_fit(record, found, *each, one.sensor_noise)
+        force_fit(record, found, *each, one.sensor_noise, one.noise)
         for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)
     )
     return LawFit(

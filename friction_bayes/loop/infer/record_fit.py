@@ -76,6 +76,8 @@ class ForceFit:
         The noise in addition to white.
     error : SensorError or Colour
         What neighbouring samples share of it.
+    noise : {"auto", "white", "ar"}
+        What the noise of the sensor may be.
     impossible : ndarray of bool, shape (m,)
         Sets that are beyond what their priors allow.
     """
@@ -96,6 +98,7 @@ class ForceFit:
     motion: SmoothedMotion
     sensor_noise: NoiseKinds
     error: SensorError | Colour
+    noise: str
     impossible: Mask
 
     @property
@@ -235,8 +238,8 @@ def fit_random_force(
 def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> ForceFit | None:
     """The analysis of the first samples of a record that has been analysed as a whole.
 
-    It was recorded through the filter that was found in the whole, or none, and its noise may be coloured if
-    that was.
+    It was recorded through the filter that was found in the whole, or none, and its noise is coloured if that
+    was.
 
     Parameters
     ----------
@@ -250,7 +253,7 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
     ForceFit or None
         None where these have too few turning points.
     """
-    filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else "auto"
+    filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else fit.noise
     whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, samples)
     if filter_ is not None:
         whole = whole.behind(filter_)
@@ -267,7 +270,7 @@ def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
         best = replace(found, regression=regression)
         better = better_but_impossible(best, posterior)
         if not better.any():
-            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise)
+            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise, last.noise)
         found = found.without(better)
 
 
@@ -286,6 +289,7 @@ def force_fit(
     posterior: Posterior,
     coefficients: Array,
     sensor_noise: NoiseKinds,
+    noise: str,
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
@@ -305,5 +309,6 @@ def force_fit(
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
         error=record.error,
+        noise=noise,
         impossible=impossible(found, posterior),
     )

@@ -9,6 +9,9 @@ from scipy.signal import butter, filtfilt
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.record_fit import fit_first_part, fit_random_force
+from friction_bayes.loop.noise.colour import Colour
 
 FRICTION = 0.07
 OFFERED = ["viscous_damping", "friction_drift", "cubic_stiffness", "random_force"]
@@ -43,6 +46,18 @@ def test_noise_that_is_differentiated_twice_is_coloured() -> None:
     assert report.noise["order"] > 1
     low, high = report.friction_after["interval90"]
     assert low < FRICTION < high < 1.05 * FRICTION
+
+
+def test_the_first_part_has_the_noise_that_was_asked_for() -> None:
+    record = decay(duration=12.0)
+    record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
+    (segment,) = cut_records([record], SYSTEM)
+    whole = fit_random_force(segment, SYSTEM, ["viscous_damping"], noise="white")
+    assert whole is not None
+    first = fit_first_part(whole, ["viscous_damping"], int(0.7 * segment.moving))
+    assert first is not None
+    assert not isinstance(first.error, Colour)
+    assert first.noise == "white"
 
 
 def test_white_noise_is_not_taken_for_coloured() -> None:
