@@ -70,7 +70,9 @@ class Mixture(FrozenDistribution):
 
     @classmethod
     def of_student(cls, distribution: Any) -> Mixture:
-        """A frozen Student t as a mixture of one part."""
+        """A frozen Student t as a mixture of one part; a mixture as it is."""
+        if isinstance(distribution, Mixture):
+            return distribution
         part = distribution.kwds
         location, scale, degrees = (np.array([float(part[name])]) for name in ("loc", "scale", "df"))
         return cls(np.ones(1), location, scale, degrees)
@@ -84,8 +86,12 @@ class Mixture(FrozenDistribution):
         return replace(self, location=self.location * factor, scale=self.scale * factor)
 
     @classmethod
-    def of(cls, parts: Sequence[Mixture], share: ArrayLike) -> Mixture:
-        """Mixture of mixtures, all of them cut at zero or none, in shares that add up to one, shape (m,)."""
+    def of(cls, distributions: Sequence[Any], share: ArrayLike) -> Mixture:
+        """Mixture of mixtures and frozen Student t, in shares that add up to one, shape (m,).
+
+        All of them are cut at zero, or none is.
+        """
+        parts = [cls.of_student(each) for each in distributions]
         if len({each.positive for each in parts}) != 1:
             raise InputError("mixture", "of parts cut at zero and others", "give one kind")
         shares = np.asarray(share, dtype=np.float64)

@@ -32,7 +32,7 @@ from friction_bayes.decay.sensor_calibration import force_factor, force_factors,
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss, uneven_loss
-from friction_bayes.estimators.equally_probable import EquallyProbable
+from friction_bayes.estimators.equally_probable import EquallyProbable, equally_probable
 from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.noise_level import looks_white
@@ -541,7 +541,7 @@ def _answered(
             new["random_force_probability"] = fit.random_force.probability
             new["random_force_sd"] = float(fit.random_force.sd.mean()) * force_factor(system, kind, unit)
         factors = force_factors(system, kind, unit, fit.frequency, fit.frequency_sd)
-        friction = EquallyProbable([scaled(fit.answer, f, relative_sd=sd) for f, sd in factors])
+        friction = equally_probable([scaled(fit.answer, f, relative_sd=sd) for f, sd in factors])
         length = scaled(fit.answer, fit.frequency**-kind.order)
         for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
             new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()

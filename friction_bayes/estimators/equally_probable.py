@@ -10,12 +10,26 @@ from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 
 from friction_bayes.conjugate.frozen import FrozenDistribution
+from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 
-__all__ = ["EquallyProbable"]
+__all__ = ["EquallyProbable", "equally_probable"]
 
 _STEPS = 200
 """Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
+
+
+def equally_probable(parts: Sequence[Any]) -> Any:
+    """Mixture in equal parts of distributions of one variable: one part is itself."""
+    if len(parts) == 1:
+        return parts[0]
+    if all(isinstance(part, Mixture) or _is_student(part) for part in parts):
+        return Mixture.of(parts, np.full(len(parts), 1.0 / len(parts)))
+    return EquallyProbable(parts)
+
+
+def _is_student(distribution: Any) -> bool:
+    return getattr(getattr(distribution, "dist", None), "name", None) == "t"
 
 
 class EquallyProbable(FrozenDistribution):

@@ -32,7 +32,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
-from friction_bayes.estimators.equally_probable import EquallyProbable
+from friction_bayes.estimators.equally_probable import equally_probable
 
 __all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
 
@@ -119,7 +119,7 @@ class Estimate(Shown):
     @cached_property
     def friction(self) -> Any:
         forces = [scaled(self.fit.answer, f, relative_sd=sd) for f, sd in self.force_factors]
-        return forces[0] if len(forces) == 1 else EquallyProbable(forces)
+        return equally_probable(forces)
 
     @property
     def friction_unit(self) -> str:
@@ -314,7 +314,7 @@ class Estimate(Shown):
         if self.fit.witness is None:
             return None
         forces = [scaled(self.fit.witness.coefficient, f, relative_sd=sd) for f, sd in self.force_factors]
-        return forces[0] if len(forces) == 1 else EquallyProbable(forces)
+        return equally_probable(forces)
 
     def _witness_summary(self) -> dict[str, Any] | None:
         if self.fit.witness is None:

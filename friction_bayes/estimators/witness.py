@@ -72,7 +72,7 @@ def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) ->
         found = [AnswerPart(0.5, posterior), AnswerPart(0.5, witness.coefficient)]
     elif witness.bounds:
         wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)
-        found = [AnswerPart(1.0, _as_mixture(posterior).widened(wider))]
+        found = [AnswerPart(1.0, Mixture.of_student(posterior).widened(wider))]
     else:
         found = [AnswerPart(1.0, posterior)]
     if uneven is None or uneven.sure or 0.5 * uneven.probability < SLIGHT:
@@ -86,15 +86,11 @@ def not_negative(known: Sequence[AnswerPart]) -> Any:
     """What is reported, each reading truncated at zero where the probability below is not negligible."""
     if not _NEGATIVE < sum(share * float(each.cdf(0.0)) for share, each in known) < 1.0:
         return known[0].coefficient if len(known) == 1 else _mixed(known)
-    return _mixed([AnswerPart(share, _as_mixture(each).kept_positive()) for share, each in known])
+    return _mixed([AnswerPart(share, Mixture.of_student(each).kept_positive()) for share, each in known])
 
 
 def _mixed(known: Sequence[AnswerPart]) -> Mixture:
-    return Mixture.of([_as_mixture(each.coefficient) for each in known], [each.share for each in known])
-
-
-def _as_mixture(distribution: Any) -> Mixture:
-    return distribution if isinstance(distribution, Mixture) else Mixture.of_student(distribution)
+    return Mixture.of([each.coefficient for each in known], [each.share for each in known])
 
 
 def _spread(distribution: Any) -> float:
