@@ -19,7 +19,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.kernels import KERNEL
-from friction_bayes.statespace.cholesky import factor, forward
+from friction_bayes.statespace.cholesky import factor
 from friction_bayes.statespace.regression import RIDGE
 
 __all__ = ["Eliminated", "OwnColumns", "eliminate"]
@@ -90,29 +90,32 @@ def _eliminate(
 ) -> tuple[Array, float, Array, Array]:
     records, last = grams.shape[0], grams.shape[1] - 1
     size, k = columns.size, centre.shape[1]
+    left = size + 1 - k
     sums = np.empty((size + 1, size + 1))
-    gram = np.zeros((size + 1 - k, size + 1 - k))
-    root, cross = np.zeros((records, k, k)), np.empty((records, k, size + 1 - k))
-    right, solution = np.empty(k), np.empty(k)
+    gram = np.zeros((left, left))
+    root, cross = np.zeros((records, k, k)), np.empty((records, k, left))
+    returned = np.empty(last, np.int64)
     log_determinant = 0.0
     for r in range(records):
-        g = grams[r]
-        square = g[last, last]
+        g, own = grams[r], cross[r]
+        count = 0
         for a in range(last):
             if back[r, a] != 0.0:
-                square += 2.0 * back[r, a] * g[a, last]
-                for b in range(last):
-                    square += back[r, a] * back[r, b] * g[a, b]
-        sums[size, size] = square
+                returned[count] = a
+                count += 1
+        sums[size, size] = g[last, last]
+        for a in returned[:count]:
+            sums[size, size] += 2.0 * back[r, a] * g[a, last]
+            for b in returned[:count]:
+                sums[size, size] += back[r, a] * back[r, b] * g[a, b]
         for i in range(size):
             a = columns[i]
             with_record = g[a, last]
-            for b in range(last):
-                if back[r, b] != 0.0:
-                    with_record += back[r, b] * g[a, b]
+            for b in returned[:count]:
+                with_record += back[r, b] * g[a, b]
             sums[i, size] = sums[size, i] = scale[i] * with_record
-            for j in range(i + 1):
-                sums[i, j] = sums[j, i] = scale[i] * scale[j] * g[a, columns[j]]
+            for j in range(size):
+                sums[i, j] = scale[i] * scale[j] * g[a, columns[j]]
         for i in range(k):
             sums[i, size] -= lam * centre[r, i]
             sums[size, size] += lam * centre[r, i] * centre[r, i]
@@ -120,18 +123,20 @@ def _eliminate(
                 root[r, i, j] = sums[i, j]
             root[r, i, i] += lam if lam > 0.0 else RIDGE * sums[i, i] + 1e-300
         factor(root[r], k)
+        for i in range(left):
+            for j in range(left):
+                gram[i, j] += sums[k + i, k + j]
         for i in range(k):
             log_determinant += 2.0 * math.log(root[r, i, i])
-        for j in range(k, size + 1):
-            for i in range(k):
-                right[i] = sums[i, j]
-            forward(root[r], right, k, solution)
-            for i in range(k):
-                cross[r, i, j - k] = solution[i]
-        for i in range(k, size + 1):
-            for j in range(k, size + 1):
-                left = sums[i, j]
-                for own in range(k):
-                    left -= cross[r, own, i - k] * cross[r, own, j - k]
-                gram[i - k, j - k] += left
+            for j in range(left):
+                own[i, j] = sums[i, k + j]
+            for before in range(i):
+                share = root[r, i, before]
+                for j in range(left):
+                    own[i, j] -= share * own[before, j]
+            for j in range(left):
+                own[i, j] /= root[r, i, i]
+            for a in range(left):
+                for b in range(left):
+                    gram[a, b] -= own[i, a] * own[i, b]
     return gram, log_determinant, root, cross

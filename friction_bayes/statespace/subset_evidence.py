@@ -289,6 +289,8 @@ def evaluate_bounded(
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
     sets, bound, log_weight = _read_only(sets), bounds.log_weight, bounds.log_weight - _LEFT_OUT
     highest = np.array([bound.argmax()])
+    if bound[highest[0]] < best - _NEGLIGIBLE:
+        return SetEvidences(log_weight, bounds.noise2, bounds.full_noise2)
     best = _evaluate_sets(regression, sets, highest, bounds, best, log_weight)
     # few are left to sort once one is known
     others = np.flatnonzero(bound >= best - _NEGLIGIBLE)
