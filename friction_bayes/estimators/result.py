@@ -118,8 +118,7 @@ class Estimate(Shown):
 
     @cached_property
     def friction(self) -> Any:
-        forces = [scaled(self.fit.answer, f, relative_sd=sd) for f, sd in self.force_factors]
-        return equally_probable(forces)
+        return self._force_of(self.fit.answer)
 
     @property
     def friction_unit(self) -> str:
@@ -293,6 +292,7 @@ class Estimate(Shown):
                 },
                 "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
                 "witness": self._witness_summary(),
+                "uneven_loss": self._uneven_loss_summary(),
                 "fitted": {
                     "from_s": self.decay.start_time,
                     "to_s": self.decay.start_time + self.decay.duration,
@@ -313,14 +313,24 @@ class Estimate(Shown):
         """Posterior of the friction force by the loss of amplitude alone; None where there is no witness."""
         if self.fit.witness is None:
             return None
-        forces = [scaled(self.fit.witness.coefficient, f, relative_sd=sd) for f, sd in self.force_factors]
-        return equally_probable(forces)
+        return self._force_of(self.fit.witness.coefficient)
+
+    def _force_of(self, coefficient: Any) -> Any:
+        """Distribution of the force of a coefficient of the signal."""
+        return equally_probable([scaled(coefficient, f, relative_sd=sd) for f, sd in self.force_factors])
 
     def _witness_summary(self) -> dict[str, Any] | None:
         if self.fit.witness is None:
             return None
         friction = Summary.of_distribution(self.witness, self.friction_unit)
         return {"friction": friction.to_dict(), "agrees": self.fit.witness.agrees}
+
+    def _uneven_loss_summary(self) -> dict[str, Any] | None:
+        uneven = self.fit.uneven_loss
+        if uneven is None:
+            return None
+        friction = Summary.of_distribution(self._force_of(uneven.coefficient), self.friction_unit)
+        return {"probability": uneven.probability, "faster": uneven.faster, "friction": friction.to_dict()}
 
     def _filter_summary(self) -> dict[str, Any] | None:
         behind = self.fit.filter

@@ -165,6 +165,10 @@ def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
     assert 0.9 * 0.02 < damped[0] < 0.02 < damped[1] < 1.1 * 0.02
     assert alone[0] > 2.0 * 0.02
     assert "the interval reported spans both" in found.notes[0]
+    reported = found.to_dict()["uneven_loss"]
+    assert reported["faster"] is True
+    assert reported["probability"] > 0.95
+    assert reported["friction"]["interval90"] == pytest.approx(damped, rel=0.01)
     with pytest.warns(fb.RecordWarning, match="there need be no dry friction"):
         fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
 
