@@ -251,15 +251,18 @@ def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int)
             seed=int(rng.integers(2**31)),
             effects={"viscous_damping.damping_ratio": 0.002},
         )
+        # one in six is estimated, which takes fifty times as long
+        faster = uneven_loss(find_free_decay(record, SYSTEM))
+        assert faster is not None
+        if not 0.3 < faster.probability < SURE:
+            continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", fb.RecordWarning)
             found = fb.estimate(record, SYSTEM)
-        faster = found.fit.uneven_loss
-        assert faster is not None
-        if 0.3 < faster.probability < SURE:
-            for contained, friction in ((inside, found.friction), (alone, found.friction_as_declared)):
-                contained.append(friction.ppf(0.05) < true < friction.ppf(0.95))
-            assert any("from the one towards the other" in note for note in found.notes)
+        assert found.fit.uneven_loss.probability == faster.probability
+        for contained, friction in ((inside, found.friction), (alone, found.friction_as_declared)):
+            contained.append(friction.ppf(0.05) < true < friction.ppf(0.95))
+        assert any("from the one towards the other" in note for note in found.notes)
     assert len(inside) == 6
     assert sum(inside) >= 4
     assert sum(alone) <= 2
