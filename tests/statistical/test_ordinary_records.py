@@ -69,8 +69,8 @@ def verdict(row: str, number: int, sequence: np.random.SeedSequence) -> Verdict:
             return Verdict(True, False, False)
     if ordinary.truth is None:
         return Verdict(False, False, True)
-    part = found.to_dict()["fitted"]
-    truth = ordinary.truth(part["from_s"], part["to_s"])
+    begins = found.decay.start_time
+    truth = ordinary.truth(begins, begins + found.decay.duration)
     low, high = found.friction.interval(0.9)
     assert low >= 0.0
     return Verdict(False, low <= truth <= high, abs(found.friction.mean() - truth) > high - low)
