@@ -108,7 +108,7 @@ def interrupted(experiment: Experiment, calls: list[Cell]) -> Experiment:
 
 
 def test_takes_up_an_interrupted_run_with_the_same_bits(tmp_path: Path) -> None:
-    experiment = tiny("noise_sweep", snr_db=(20.0,))
+    experiment = tiny("noise_sweep", snr_db=(20.0,), methods=PAPER_METHODS[:1])
     whole = run(experiment, tmp_path / "whole")
     calls: list[Cell] = []
     with pytest.raises(KeyboardInterrupt):

@@ -20,7 +20,7 @@ def releases(count: int, *, unsteady: bool) -> list[Any]:
             initial_displacement=0.0147 - 0.001 * k,
             # without a force each step of the sampler integrates the motion
             duration=12.0 if unsteady else 8.0,
-            sampling_rate=30.0,
+            sampling_rate=60.0,
             seed=k,
             effects=force if unsteady else {},
         )
@@ -54,7 +54,7 @@ def test_every_other_number_stays(count: int, unsteady: bool, random_force: str)
 
 
 def test_friction_that_differs_is_sampled_too() -> None:
-    records = [slow_decay(friction=f, duration=12.0, sampling_rate=30.0, seed=3) for f in (0.066, 0.074)]
+    records = [slow_decay(friction=f, duration=12.0, sampling_rate=60.0, seed=3) for f in (0.066, 0.074)]
     found = fb.close_loop(records, SYSTEM, seed=1, effects=EFFECTS, varying_friction=True, check=True)
     assert found.reference_check is not None
     sampler = found.reference_check["sampler"]
