@@ -57,7 +57,7 @@ def test_the_loop_finds_the_damping_behind_a_filter() -> None:
 
 def test_a_record_without_a_filter_is_behind_none() -> None:
     record = decay(duration=8.0, effects={"presliding.displacement": 1e-3})
-    assert fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED).noise["filter"] is None
+    assert fb.close_loop([record], SYSTEM, seed=1).noise["filter"] is None
 
 
 def test_records_of_one_sensor_are_behind_its_filter_together() -> None:
