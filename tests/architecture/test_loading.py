@@ -7,8 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import friction_bayes as fb
 from decays import short_decay
 from friction_bayes.cli.commands import COMMANDS
@@ -46,13 +44,12 @@ def test_import_loads_no_package() -> None:
     assert loaded("import friction_bayes") & {"numpy", *COMPUTING, *SHOWING} == set()
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [("--help",), *((name, "--help") for name in NAMES), ("estimate", "--nonsense"), ("estimate",), ("x",)],
-    ids=" ".join,
-)
-def test_help_and_refused_options_load_no_numerical_package(arguments: tuple[str, ...]) -> None:
-    modules = loaded(running(*arguments))
+def test_help_and_refused_options_load_no_numerical_package() -> None:
+    """One after the other in one process: what any loads is loaded at its end."""
+    given = [("--help",), *((name, "--help") for name in NAMES), ("estimate", "--nonsense"), ("estimate",)]
+    done = ran("\n".join(running(*arguments) for arguments in [*given, ("x",)]))
+    assert all(f"usage: friction-bayes {name}" in done.stdout for name in NAMES)
+    modules = modules_of(done)
     assert "friction_bayes.cli.program" in modules
     assert modules & {"jinja2", *COMPUTING, *SHOWING} == set()
 

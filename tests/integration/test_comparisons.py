@@ -58,13 +58,13 @@ def test_methods_on_the_same_records(tmp_path: Path) -> None:
 
 
 def test_machines_are_followed_to_their_end(tmp_path: Path) -> None:
-    laws = ("line", "both", "accelerating", "jump", "constant")
+    laws = ("both", "accelerating", "jump", "constant")
     found = run(monitoring, tmp_path, records=1, points=(4,), laws=laws)
     assert found["law"].values.tolist() == list(laws)
     assert set(laws) < set(monitoring.LAWS)
     pit = found["life_pit"].values
     assert np.all((pit >= 0.0) & (pit <= 1.0))
-    wearing = found.sel(law=["line", "accelerating"])
+    wearing = found.sel(law=["both", "accelerating"])
     assert np.isfinite(wearing["true_life"]).all()
     assert np.isinf(found["true_life"].sel(law=["jump", "constant"])).all()
     # friction has grown by about a half; the mean of all records has seen half of that

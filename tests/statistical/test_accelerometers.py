@@ -10,7 +10,7 @@ import friction_bayes as fb
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
-RECORDS = 18
+RECORDS = 12
 
 
 def record(k: int, per_period: float, noise: float, rng: np.random.Generator) -> xr.DataArray:
@@ -31,16 +31,19 @@ def record(k: int, per_period: float, noise: float, rng: np.random.Generator) ->
 def test_intervals_cover_wherever_samples_fall(
     per_period: float, noise: float, rng: np.random.Generator
 ) -> None:
-    """Of 18 intervals of 90 % fewer than 11 cover in one of 5000 runs; no random force acts."""
+    """No random force acts. Of 12 intervals of 90 % fewer than eight cover in one of 230 runs.
+
+    Where half of them cover it is seen in 81 % of runs.
+    """
     records = [record(k, per_period, noise, rng) for k in range(RECORDS)]
     estimates = [fb.estimate(each, SYSTEM) for each in records]
     z = [(e.friction.mean() - FRICTION) / e.friction.std() for e in estimates]
-    assert np.count_nonzero(np.abs(z) < 1.645) >= 11
-    assert sum(e.random_force.probability > 0.5 for e in estimates) <= 2
+    assert np.count_nonzero(np.abs(z) < 1.645) >= 8
+    assert sum(e.random_force.probability > 0.5 for e in estimates) <= 1
     # the batch has the same posteriors
     size = min(each.size for each in records)
     stack = np.stack([each.values[:size] for each in records])
     rate = per_period * SYSTEM.natural_frequency / (2.0 * np.pi)
     many = fb.estimate_batch(stack, SYSTEM, quantity="acceleration", sampling_rate=rate)
     z = (many["friction_mean"].values - FRICTION) / many["friction_sd"].values
-    assert np.count_nonzero(np.abs(z) < 1.645) >= 11
+    assert np.count_nonzero(np.abs(z) < 1.645) >= 8

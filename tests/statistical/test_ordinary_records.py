@@ -2,7 +2,8 @@
 
 The recipes are those of the experiment of this name, which share no code with the package; their seeds here
 are the suite's own. Groups of records are judged together: where 85 % of intervals cover the friction that
-acted and 3 % are a whole interval off, the limits are passed once in 10,000 runs.
+acted and 3 % are a whole interval off, a limit is passed once in 170 runs at most. A group of five, six or
+seven that covers in 20 % is seen in 74, 90 or 85 % of runs, one that is off in half in 50, 66 or 77 %.
 """
 
 from __future__ import annotations
@@ -45,9 +46,10 @@ GROUPS = {
     ),
     "disturbed": ("hand at the start", "hand at the start, 200 half cycles", "driven, then free"),
 }
-REPLICATES = 2
+FEWEST = 5
+"""Records of a group, or of a kind that is judged alone."""
 MISSED, OFF = 0.15, 0.03
-ONCE = 1e-4
+ONCE = 6e-3
 
 
 class Verdict(NamedTuple):
@@ -69,16 +71,17 @@ def verdict(row: str, number: int, sequence: np.random.SeedSequence) -> Verdict:
             return Verdict(True, False, False)
     if ordinary.truth is None:
         return Verdict(False, False, True)
-    part = found.to_dict()["fitted"]
-    truth = ordinary.truth(part["from_s"], part["to_s"])
+    begins = found.decay.start_time
+    truth = ordinary.truth(begins, begins + found.decay.duration)
     low, high = found.friction.interval(0.9)
     assert low >= 0.0
     return Verdict(False, low <= truth <= high, abs(found.friction.mean() - truth) > high - low)
 
 
 def verdicts(rows: tuple[str, ...], seed: int) -> list[Verdict]:
-    sequences = np.random.SeedSequence(seed).spawn(len(rows) * REPLICATES)
-    named = [(row, number) for row in rows for number in range(REPLICATES)]
+    replicates = -(-FEWEST // len(rows))
+    sequences = np.random.SeedSequence(seed).spawn(len(rows) * replicates)
+    named = [(row, number) for row in rows for number in range(replicates)]
     return [verdict(row, number, each) for (row, number), each in zip(named, sequences, strict=True)]
 
 
@@ -95,8 +98,8 @@ def test_the_default_answers_right_or_refuses(group: str, seed: int) -> None:
 
 def test_a_drive_alone_and_saturated_records_are_refused(seed: int) -> None:
     # one in forty seems to fall, and the mildest saturation hides in the noise
-    assert sum(each.refused for each in verdicts(("steady drive alone",), seed)) >= REPLICATES - 1
-    assert sum(each.refused for each in verdicts(("saturated",), seed)) >= REPLICATES - 1
+    assert sum(each.refused for each in verdicts(("steady drive alone",), seed)) >= FEWEST - 1
+    assert sum(each.refused for each in verdicts(("saturated",), seed)) >= FEWEST - 1
 
 
 def test_a_clean_accelerometer_of_four_half_cycles_keeps_its_interval() -> None:

@@ -2,7 +2,7 @@
 
 Records of a simulator of their own, with a force that fluctuates; noise in proportion to the signal is
 offered next to jitter. Without jitter none of 40 had a probability above 0.09; one invented in a record of
-five is seen in 86 % of runs. Of 12 with jitter that makes twice the noise of the sensor at full speed all had
+five is seen in 89 % of runs. Of 12 with jitter that makes twice the noise of the sensor at full speed all had
 one above 0.9, with a median of 1.00.
 """
 
@@ -30,7 +30,7 @@ def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.nda
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 0.0, 16) > 0.5) <= 1
+    assert np.all(probabilities(rng, 0.0, 10) < 0.5)
 
 
 def test_jitter_as_large_as_the_noise_is_found(rng: np.random.Generator) -> None:

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.accuracy import measure, random_decay
 from experiments.cramer_rao import paper_decay
 
-SYSTEMS = 60
+SYSTEMS = 40
 REPEATS = 8
 
 

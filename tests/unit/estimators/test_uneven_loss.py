@@ -27,8 +27,8 @@ def decay(friction: float, seed: int = 7, quantity: str = "displacement", **effe
         friction=friction,
         initial_displacement=0.0203,
         duration=8.0,
-        sampling_rate=250.0,
-        noise_sd={"displacement": 6e-5, "velocity": 1.2e-3, "acceleration": 2.4e-2}[quantity],
+        sampling_rate=100.0,
+        noise_sd={"displacement": 4e-5, "velocity": 8e-4, "acceleration": 1.6e-2}[quantity],
         seed=seed,
         quantity=quantity,
         effects={name.replace("__", "."): value for name, value in effects.items()},
@@ -188,7 +188,7 @@ def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> No
     assert len(computed) == 2
     computed.clear()
     records = [decay(0.8, seed=seed).values for seed in range(4)]
-    many = fb.estimate_batch(np.array(records), SYSTEM, sampling_rate=250.0, quantity="displacement")
+    many = fb.estimate_batch(np.array(records), SYSTEM, sampling_rate=100.0, quantity="displacement")
     assert int((many["warnings"] != 0).sum()) == 0
     assert sorted(computed) == [f"record {row}" for row in range(4)]
 
@@ -255,15 +255,18 @@ def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int)
             seed=int(rng.integers(2**31)),
             effects={"viscous_damping.damping_ratio": 0.002},
         )
+        # one in six is estimated, which takes fifty times as long
+        faster = uneven_loss(find_free_decay(record, SYSTEM))
+        assert faster is not None
+        if not 0.3 < faster.probability < SURE:
+            continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", fb.RecordWarning)
             found = fb.estimate(record, SYSTEM)
-        faster = found.fit.uneven_loss
-        assert faster is not None
-        if 0.3 < faster.probability < SURE:
-            for contained, friction in ((inside, found.friction), (alone, found.friction_as_declared)):
-                contained.append(friction.ppf(0.05) < true < friction.ppf(0.95))
-            assert any("from the one towards the other" in note for note in found.notes)
+        assert found.fit.uneven_loss.probability == faster.probability
+        for contained, friction in ((inside, found.friction), (alone, found.friction_as_declared)):
+            contained.append(friction.ppf(0.05) < true < friction.ppf(0.95))
+        assert any("from the one towards the other" in note for note in found.notes)
     assert len(inside) == 6
     assert sum(inside) >= 4
     assert sum(alone) <= 2

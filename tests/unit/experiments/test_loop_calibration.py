@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.integrate import solve_ivp
-from scipy.optimize import least_squares
 
 from experiments import loop_calibration, loop_priors
 from experiments.blind.hidden import nats_against, seen
@@ -170,22 +169,22 @@ def test_strength_of_a_tenth_of_a_standard_deviation_costs_a_hundredth_of_chi_sq
     law = AddedLaw(friction=0.01, duration=60.0)
     times = np.linspace(0.0, 59.9, 400)
     clean = seen(law, release(phase), order, times, 0.02)
+
+    def plain(p: np.ndarray) -> np.ndarray:
+        law = AddedLaw(friction=0.01 * (1.0 + p[0]), duration=60.0)
+        start = tuple(np.array(release(phase)) + p[2:])
+        return replace(clean, law=law, start=start).signal(1.0 + p[1]) / 0.02
+
+    steps = 1e-4 * np.array([1.0, -1.0, 1.0, 1.0])
+    slopes = np.column_stack([(plain(step) - plain(np.zeros(4))) for step in np.diag(steps)]) / steps
     for strength in SLIGHT.values():
         there = 0.1 * clean.sd_of(strength, None)
-        law_with = replace(law, **{strength: there})
-        signal = replace(clean, law=law_with).signal()
-
-        def left(p: np.ndarray, signal: np.ndarray = signal) -> np.ndarray:
-            law = AddedLaw(friction=0.01 * (1.0 + p[0]), duration=60.0)
-            start = tuple(np.array(release(phase)) + p[2:])
-            return (replace(clean, law=law, start=start).signal(1.0 + p[1]) - signal) / 0.02
-
-        loss = (
-            2.0
-            * least_squares(
-                left, np.array([0.0, -1e-6, 1e-6, 1e-6]), diff_step=1e-4, x_scale=[0.01, 1e-3, 0.01, 0.01]
-            ).cost
-        )
+        signal = replace(clean, law=replace(law, **{strength: there})).signal() / 0.02
+        p = np.zeros(4)
+        for _ in range(3):
+            p += (further := np.linalg.lstsq(slopes, signal - plain(p), rcond=None)[0])
+        assert np.linalg.norm(further) < 1e-2 * np.linalg.norm(p)
+        loss = np.sum((signal - plain(p)) ** 2)
         # damping is not quite linear
         assert loss == pytest.approx(0.01, rel=0.1), strength
 

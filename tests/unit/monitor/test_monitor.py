@@ -154,7 +154,7 @@ def test_a_falling_friction_mostly_never_reaches_the_threshold() -> None:
 
 
 def test_any_scale_of_time_friction_and_error_gives_a_distribution(rng: np.random.Generator) -> None:
-    for _ in range(24):
+    for _ in range(12):
         n = int(rng.integers(2, 9))
         friction = 10.0 ** rng.uniform(-6.0, 4.0) * (
             1.0 + 10.0 ** rng.uniform(-6.0, 0.5) * rng.normal(size=n)
