@@ -49,11 +49,8 @@ def force_sd(fit: ForceFit) -> float:
 
 
 def test_none_is_invented_in_an_acceleration(rng: np.random.Generator) -> None:
-    """At five in a hundred one run of 170 has more, at one in two 86 % of runs have.
-
-    In a displacement see ``test_plain_decays.py``.
-    """
-    assert sum(bool(knock_times(fit_of(rng, order=2))) for _ in range(8)) <= 2
+    """At five in a hundred one run of 240 has more; in a displacement see ``test_plain_decays.py``."""
+    assert sum(bool(knock_times(fit_of(rng, order=2))) for _ in range(14)) <= 3
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])

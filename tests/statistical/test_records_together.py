@@ -86,15 +86,14 @@ def test_a_record_that_says_little_contradicts_nothing(seed: int) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.3])
 def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -> None:
-    """Eight pairs of one friction, under a random force or none: false-alarm rate 0.7 %, at most.
+    """Twelve pairs of one friction, under a random force or none: false-alarm rate 0.3 %, at most.
 
     Differing frictions are as probable as not beforehand, so that evidence of 19 to 1 for them comes of one
-    pair in nineteen at most where they do not differ; three and more of eight are then one in 150. A
-    contradiction that is seen in every second pair is found in 86 % of runs.
+    pair in nineteen at most where they do not differ; four and more of twelve are then one in 300.
     """
     force = {"random_force.sd": share * MEAN, "random_force.correlation_time": 0.1} if share else {}
     reported = 0
-    for pair in range(8):
+    for pair in range(12):
         records = [
             slow_decay(
                 friction=MEAN,
@@ -108,4 +107,4 @@ def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -
         ]
         fit = fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
         reported += bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() >= SETTINGS.credible_mass)
-    assert reported <= 2
+    assert reported <= 3
