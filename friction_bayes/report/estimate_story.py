@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from friction_bayes.core.text import duration, number, of_friction, with_interval
+from friction_bayes.core.text import duration, interval90, number, of_friction, percent, with_interval
 from friction_bayes.estimators.result import Estimate
 
 __all__ = ["JUDGEMENTS", "apart", "behind_filter", "estimate_story", "story_of_estimate"]
@@ -113,8 +113,10 @@ def _frequency(result: Mapping[str, Any]) -> str:
 
 def _random_force(result: Mapping[str, Any]) -> str:
     force, friction = result["random_force"], result["friction"]
+    sd = force["sd"]
     return (
-        f"probability {number(force['probability'], 2)}, sd {with_interval(force['sd'], 2)}"
+        f"probability {percent(force['probability'])}, sd {number(sd['mean'], 2)} {sd['unit']} "
+        f"(90 %: {interval90(sd, 2)})"
         f"{of_friction(force['share_of_friction'], friction['interval90'])}, "
         f"over {number(force['correlation_time']['mean'], 2)} s"
     )
@@ -123,9 +125,9 @@ def _random_force(result: Mapping[str, Any]) -> str:
 def _reference(reference: Mapping[str, Any]) -> str:
     trust = "" if reference["converged"] else "NOT CONVERGED: "
     lines = [
-        f"{with_interval(reference['friction'])}, {reference['checked']}",
+        f"{with_interval(reference['friction'])} by the fit alone, {reference['checked']}",
         f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
-        f"{JUDGEMENTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%}); "
+        f"{JUDGEMENTS[reference['agrees']]} (false-alarm rate {percent(reference['false_alarm_rate'])}); "
         f"means {apart(reference)} sd apart",
         f"took {duration(reference['sampler_s'])}",
     ]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -82,8 +82,8 @@ class NoiseAccount:
         Of the whitened residuals at the most probable random force.
     """
 
-    _part: _Evaluated
-    _prepared: PreparedDecay
+    _part: _Evaluated = field(repr=False)
+    _prepared: PreparedDecay = field(repr=False)
     probability: float
 
     @property
