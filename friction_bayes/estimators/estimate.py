@@ -31,6 +31,7 @@ from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
+from friction_bayes.estimators.witness import counts
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
@@ -240,12 +241,12 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
 
 
 def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
-    """Note of a loss that is not by dry friction alone: what friction is with it, and without.
+    """Note of a loss that need not be by dry friction alone: what friction is with it, and without.
 
-    A warning where it is sure. Intervals, as the standard deviation after few half cycles is infinite.
+    A warning where it surely is not. Intervals, as the standard deviation after few half cycles is infinite.
     """
     uneven = fit.uneven_loss
-    if uneven is None or not uneven.likelier:
+    if uneven is None or not counts(uneven):
         return []
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
@@ -254,7 +255,7 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
         return f"{interval(low, high, 3)} {unit} (90 %)"
 
-    how, under, then = _FASTER if uneven.faster else _SLOWER
+    falls, (how, under, then) = "falls" if uneven.sure else "may fall", _FASTER if uneven.faster else _SLOWER
     if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
         then += " there need be no dry friction"
     else:
@@ -262,7 +263,7 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     spans = "spans both" if uneven.sure else "reaches from the one towards the other by that probability"
     reported = "this is reported" if fit.witness is None else f"the interval reported {spans}"
     text = (
-        f"{decay.name}: the amplitude falls {how} while it is larger (probability "
+        f"{decay.name}: the amplitude {falls} {how} while it is larger (probability "
         f"{number(uneven.probability, 3)}), {under}: {then}, "
         f"alone it would have to be {of(fit.coefficient)}, "
         f"and {reported}; closing the loop (close-loop) separates them"

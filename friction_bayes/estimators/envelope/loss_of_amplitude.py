@@ -105,11 +105,6 @@ class UnevenLoss(NamedTuple):
         """Whether they surely do."""
         return self.probability >= SURELY_UNEVEN
 
-    @property
-    def likelier(self) -> bool:
-        """Whether the record speaks for it, whatever was known before."""
-        return self.probability > float(expit(LOG_ODDS_OF_UNEVEN))
-
 
 def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.

@@ -173,6 +173,27 @@ def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
         fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
 
 
+def test_damping_that_is_improbable_is_said_where_the_interval_reaches_towards_it() -> None:
+    slight = fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=8.0,
+        sampling_rate=200.0,
+        noise_sd=2e-4,
+        seed=3,
+        effects={"viscous_damping.damping_ratio": 0.0004},
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", fb.RecordWarning)
+        found = fb.estimate(slight, SYSTEM)
+    assert 0.02 < found.fit.uneven_loss.probability < 0.1
+    assert "may fall faster while it is larger" in found.notes[0]
+    damped, alone = friction_said(found.notes[0])
+    assert damped[0] < 0.07 < damped[1]
+    assert alone[0] > 0.07
+
+
 def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> None:
     """By ``estimate``, and in a batch too short for a glance at its amplitudes."""
     computed = []
