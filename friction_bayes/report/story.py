@@ -510,7 +510,7 @@ def _sensitivity(shifts: Mapping[str, float | None]) -> str:
     """How far friction depends on how large effects were taken to be beforehand."""
     widths = {"narrow": shifts["0.1"], "wide": shifts["10"]}
     moves = [
-        f"{number(shift, 2)} sd were they ten times as {width}"
+        f"by {number(shift, 2)} sd with priors of effects ten times as {width}"
         for width, shift in widths.items()
         if shift is not None
     ]
@@ -520,7 +520,7 @@ def _sensitivity(shifts: Mapping[str, float | None]) -> str:
             "how far friction moves with priors of effects ten times as "
             f"{unknown} cannot be computed from these draws"
         )
-    text = f"friction would move by {' and by '.join(moves)} (the priors of effects)"
+    text = f"friction would move {' and '.join(moves)}"
     return f"{text}; ten times as {unknown}: cannot be computed from these draws" if unknown else text
 
 

@@ -321,13 +321,13 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
         (
             0.12,
             -0.03,
-            "friction would move by 0.12 sd were they ten times as narrow and by -0.03 sd were they ten "
-            "times as wide (the priors of effects)",
+            "friction would move by 0.12 sd with priors of effects ten times as narrow and by -0.03 sd with "
+            "priors of effects ten times as wide",
         ),
         (
             None,
             0.13,
-            "friction would move by 0.13 sd were they ten times as wide (the priors of effects); "
+            "friction would move by 0.13 sd with priors of effects ten times as wide; "
             "ten times as narrow: cannot be computed from these draws",
         ),
         (
