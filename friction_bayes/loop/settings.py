@@ -85,7 +85,7 @@ class LoopSettings:
     unlike: float = _setting(
         3.0,
         "factor",
-        "between two motions too different to take terms from one to the other, or two interval widths",
+        "between two interval widths, from which on the paper's is said to be wider",
         "judgement",
     )
 
