@@ -208,8 +208,9 @@ class FilterKind:
 
 def kinds_for(angle: float) -> list[FilterKind]:
     """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable."""
-    kinds = [_means(angle), *(_polynomials(angle, degree) for degree in (2, 4)), _couplings(angle)]
-    kinds += [_low_passes(angle, order, ways) for order, ways in ((1, 1), (2, 1), (4, 1), (2, 2), (4, 2))]
+    kinds = [_means(angle, 1), _means(angle, 2), _polynomials(angle, 2), _polynomials(angle, 4)]
+    kinds += [_couplings(angle)]
+    kinds += [_low_passes(angle, order, ways) for order in (1, 2, 3, 4) for ways in (1, 2)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
@@ -217,13 +218,14 @@ def _windows(angle: float, shortest: int, longest: float) -> Array:
     return np.arange(shortest, longest * 2.0 * math.pi / angle, 2.0)
 
 
-def _means(angle: float) -> FilterKind:
+def _means(angle: float, times: int) -> FilterKind:
     def of(window: float) -> RecordingFilter:
         def response(omega: Array) -> Array:
             half = 0.5 * np.maximum(omega, 1e-12)
-            return np.asarray(np.sin(window * half) / (window * np.sin(half)))
+            return np.asarray((np.sin(window * half) / (window * np.sin(half))) ** times)
 
-        return RecordingFilter(f"a moving mean of {window:.0f} samples", response, angle)
+        name = f"a moving mean of {window:.0f} samples{', twice' if times == 2 else ''}"
+        return RecordingFilter(name, response, angle)
 
     return FilterKind(_windows(angle, 3, _LONGEST_MEAN), of, has_zeros=True)
 
