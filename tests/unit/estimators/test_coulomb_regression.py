@@ -109,7 +109,7 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
     low, high = report["friction"]["interval90"]
     assert low <= report["friction"]["mean"] <= high
     rests = dict(estimate_story(report))["it rests on"]
-    assert rests.startswith("white noise of the sensor and a force that fluctuates: probability 1")
+    assert rests.startswith("white noise of the sensor and a force that fluctuates: probability > 9")
     assert not any("residuals are not white" in note for note in report["notes"])
 
 
