@@ -24,8 +24,8 @@ ANGLE = 10.0 / RATE
 
 KINDS = kinds_for(ANGLE)
 MEAN, MEAN_TWICE, QUADRATIC, _, COUPLING, *LOW_PASSES = KINDS
-ONE_WAY = dict(enumerate(LOW_PASSES[::2], start=1))
-BOTH_WAYS = dict(enumerate(LOW_PASSES[1::2], start=1))
+ONE_WAY = dict(enumerate(LOW_PASSES[:4], start=1))
+BOTH_WAYS = dict(enumerate(LOW_PASSES[4:], start=2))
 """Low passes by their order."""
 CORNER = 8.0 * ANGLE
 OMEGA = np.linspace(0.01, 3.1, 50)
@@ -36,7 +36,9 @@ def test_a_low_pass_is_scipys(order: int) -> None:
     b, a = signal.butter(order, CORNER / math.pi)
     expected = signal.freqz(b, a, OMEGA)[1]
     np.testing.assert_allclose(ONE_WAY[order].of(CORNER).response(OMEGA), expected, rtol=1e-9)
-    np.testing.assert_allclose(BOTH_WAYS[order].of(CORNER).response(OMEGA), np.abs(expected) ** 2, rtol=1e-9)
+    if order in BOTH_WAYS:
+        both = BOTH_WAYS[order].of(CORNER).response(OMEGA)
+        np.testing.assert_allclose(both, np.abs(expected) ** 2, rtol=1e-9)
 
 
 def test_windows_are_those_of_convolution() -> None:
@@ -128,9 +130,9 @@ def coupled(values: np.ndarray) -> np.ndarray:
         ),
         (
             "displacement",
-            lambda v: signal.filtfilt(*signal.butter(1, 0.2), v),
-            1e-5,
-            "a low pass of order 1, forward and backward",
+            lambda v: signal.filtfilt(*signal.butter(3, 0.2), v),
+            1e-4,
+            "a low pass of order 3, forward and backward",
         ),
         ("acceleration", coupled, 2e-2, "an AC coupling"),
         ("velocity", coupled, 1e-3, "an AC coupling"),
