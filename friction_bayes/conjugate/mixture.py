@@ -17,8 +17,10 @@ from friction_bayes.conjugate.frozen import FrozenDistribution
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 
-__all__ = ["Mixture"]
+__all__ = ["OMITTED", "Mixture"]
 
+OMITTED = 1e-9
+"""Probability of a part below which a mixture omits it."""
 _STEPS = 200
 """Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
 

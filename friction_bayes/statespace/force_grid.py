@@ -22,7 +22,7 @@ from scipy import stats
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
-from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
@@ -50,8 +50,6 @@ _MOST_CELLS = 80
 _OUTSIDE = 1e10
 _SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
 """Points of a cell, in its sides, that show how much of it lies within the prior."""
-_SLIGHT = 1e-9
-"""Probability of a part below which a mixture omits it."""
 
 
 class Posterior:
@@ -97,7 +95,7 @@ class Posterior:
         weight = weight / weight.sum()
         inside = np.tile(self.problem.sets[:, j], (len(self.points), 1))
         atom = float(weight[~inside].sum())
-        use = inside & (weight > _SLIGHT)
+        use = inside & (weight > OMITTED)
         kept = weight[use]
         marginals = [self._marginals_at(g, m) for g, m in np.argwhere(use).tolist()]
         location = np.array([location[j] for location, _ in marginals])

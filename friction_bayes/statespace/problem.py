@@ -203,7 +203,7 @@ class Problem:
 
     def marginal(self, ratio: float, tau: float) -> Whitened:
         """Whitened sums of the shared columns, the own ones of the first set integrated out."""
-        return self._bounds(ratio, tau)[self._part[0]].whitened
+        return self._bounds(ratio, tau)[self._part_of_set[0]].whitened
 
     def without(self, sets: Mask) -> Problem:
         """The same where the ``sets``, shape (n,), do not count; the bounds of all are kept."""
@@ -323,7 +323,7 @@ class Problem:
 
     def _left(self, point: GridPoint, row: int) -> Eliminated:
         """Sums of the shared columns at a point, a set's own integrated out."""
-        return self._bounds(point.ratio, point.tau)[self._part[row]].left
+        return self._bounds(point.ratio, point.tau)[self._part_of_set[row]].left
 
     def _shared_posterior(
         self, left: Eliminated, point: GridPoint, row: int, columns: Mask
@@ -343,7 +343,7 @@ class Problem:
         return not self.own.any() and bool((self._deviating < 0).all())
 
     @cached_property
-    def _part(self) -> Integers:
+    def _part_of_set(self) -> Integers:
         """Which part each set is in, shape (n,).
 
         Those of a part have the same own columns, and the same column that differs by one spread.
@@ -357,8 +357,8 @@ class Problem:
     def _parts(self) -> list[tuple[Integers, Mask, NestedSets, OwnColumns]]:
         """Of each part the places of its sets, their shared columns, these nested, and the own columns."""
         parts = []
-        for each in range(int(self._part.max()) + 1):
-            mine = np.flatnonzero(self._part == each)
+        for each in range(int(self._part_of_set.max()) + 1):
+            mine = np.flatnonzero(self._part_of_set == each)
             sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
             parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0]))))
         return parts

@@ -331,14 +331,13 @@ def _bound_sets(
     columns, order, sets, begins = nested
     m, p = sets.shape
     left = np.empty((p + 1, p + 1, p + 1))
-    reference, positive = np.empty(p), np.empty(p, np.bool_)
+    place, reference, positive = np.full(p + 1, p), np.empty(p), np.empty(p, np.bool_)
+    for a in range(p):
+        place[a] = columns[a]
+        reference[a], positive[a] = regression.reference[columns[a]], regression.positive[columns[a]]
     for a in range(p + 1):
-        own = columns[a] if a < p else p
-        if a < p:
-            reference[a], positive[a] = regression.reference[own], regression.positive[own]
-        for b in range(p):
-            left[0, a, b] = gram[own, columns[b]]
-        left[0, a, p] = gram[own, p]
+        for b in range(p + 1):
+            left[0, a, b] = gram[place[a], place[b]]
     column, steps = np.empty(p, np.int64), np.zeros(p + 1, np.int64)
     square, log_factor, size, confined = np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1)
     square[0] = gram[p, p]

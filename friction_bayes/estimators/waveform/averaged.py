@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import TAILS
@@ -43,8 +43,6 @@ _FEWEST_HALF_CYCLES = 8
 _MUCH_NARROWER = 0.5
 """Width of the interval from half a cycle later over the one from the start, below which the later is taken.
 Of eight half cycles one less widens it by a fifth, give or take a quarter."""
-_OMITTED = 1e-9
-"""Share of a part below which an average omits it."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -81,16 +79,20 @@ def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
         frequency_sd=white.frequency_sd * louder,
         noise_sd=accounts[0].noise_sd,
     )
-    share = np.array([each.probability for each in accounts])
+    share = _probabilities(accounts)
     return _mean_of([exact, *accounts[1:]], np.where(share >= SLIGHT, share, 0.0))
+
+
+def _probabilities(accounts: Sequence[NoiseAccount]) -> Array:
+    return np.array([each.probability for each in accounts])
 
 
 def _mean_of(parts: Sequence[_Averaged | NoiseAccount], share: Array) -> _Averaged:
     """Averages over parts; those without probability are not computed."""
     # none of a kind may have any probability to rounding
     share = share / share.sum() if share.sum() > 0.0 else np.eye(len(parts))[0]
-    parts = [part for part, own in zip(parts, share, strict=True) if own > _OMITTED]
-    share = share[share > _OMITTED] / share[share > _OMITTED].sum()
+    parts = [part for part, own in zip(parts, share, strict=True) if own > OMITTED]
+    share = share[share > OMITTED] / share[share > OMITTED].sum()
     mean = float(share @ [each.frequency for each in parts])
     spread = [each.frequency_sd**2 + (each.frequency - mean) ** 2 for each in parts]
     return _Averaged(
@@ -104,18 +106,14 @@ def _mean_of(parts: Sequence[_Averaged | NoiseAccount], share: Array) -> _Averag
 def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     """Posterior of the random force from the accounts that have one, and of friction with and without it."""
     forced = [each for each in accounts if each.forced]
+    still = [each for each in accounts if not each.forced]
     best = max(forced, key=lambda each: each.probability)
-
-    def coefficient(*, with_force: bool) -> Mixture:
-        same = [each for each in accounts if each.forced is with_force]
-        return _mean_of(same, np.array([each.probability for each in same])).coefficient
-
     return RandomForce(
         probability=sum(each.probability for each in forced),
         sd=best.sd,
         correlation_time=best.correlation_time,
-        coefficient_without=coefficient(with_force=False),
-        coefficient_with=coefficient(with_force=True),
+        coefficient_without=_mean_of(still, _probabilities(still)).coefficient,
+        coefficient_with=_mean_of(forced, _probabilities(forced)).coefficient,
         innovations=best.innovations,
     )
 
