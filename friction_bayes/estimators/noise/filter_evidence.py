@@ -7,9 +7,12 @@ its residual,
 
 ``H`` the response of the filter, ``rho`` white noise added after it. The alternatives leave amplitudes
 unfiltered: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under
-a random force; integrated noise. Each has corners as dry friction makes them or of any shape. Spectra are of
-several orthogonal tapers (Thomson, Proceedings of the IEEE 70, 1982), whose sidelobes are low enough for the
-zeros of a filter; the likelihood is Whittle's.
+a random force; integrated noise. Each has corners as dry friction makes them or of any shape.
+
+Record and columns are first whitened by one autoregression, so that the fit by least squares has the weights
+of the noise, and no frequency leaks into another. Spectra are of several orthogonal tapers (Thomson,
+Proceedings of the IEEE 70, 1982). The likelihood is Whittle's, with the expectation of each estimate in place
+of the spectral density (Sykulski et al., Biometrika 106, 2019).
 """
 
 from __future__ import annotations
@@ -17,12 +20,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import rfft
+from scipy.fft import irfft, rfft
 from scipy.linalg import eigh_tridiagonal
-from scipy.special import expit
+from scipy.signal import lfilter
+from scipy.special import expit, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.noise.recording_filters import (
@@ -32,8 +37,8 @@ from friction_bayes.estimators.noise.recording_filters import (
     kinds_for,
     margin,
 )
-from friction_bayes.statespace.coloured_noise import burg
-from friction_bayes.statespace.regression import near_least_squares
+from friction_bayes.statespace.coloured_noise import Autoregression, burg, burg_recursion, most_lags
+from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
 __all__ = ["likely_filters"]
 
@@ -41,11 +46,13 @@ _LOOKED_AT = 4096
 """Least number of samples in which filters are looked for."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
-of their energy beyond it, for the noise at the zeros of a filter is no more than that."""
+of their energy beyond it."""
 _ABOVE = 2.0
 """Frequency over the motion's from which on spectra are compared: below, the fit takes from the noise."""
-_LATER = np.geomspace(1e-8, 1.0, 25)
+_LATER = np.append(0.0, np.geomspace(1e-12, 1.0, 25))
 """Equally probable variances of noise that came after a filter, over that which went through it."""
+_FAINTEST = 1e-9
+"""Power over the strongest below which a frequency is not compared: there it is rounding."""
 _TIMES = np.geomspace(0.05, 20.0, 10)
 """Correlation times of a random force, as phases of the motion."""
 _INTEGRATED = (2, 4)
@@ -53,7 +60,9 @@ _INTEGRATED = (2, 4)
 _STRIDE, _FIRST = 1.12, 4
 """Ratio of the sizes among which the best is found: the evidence has humps that are wider. Of filters without
 zeros it has one, and every fourth is tried first."""
-_MOST, _MUCH_LESS = 6, 0.05
+_BY_NOISE = 4
+"""How many sizes of a filter with zeros are tried: those that the zeros of the noise make most probable."""
+_MOST, _MUCH_LESS = 30, 0.05
 """Largest number of filters reported, and least probability of each over that of the first."""
 _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
@@ -95,45 +104,77 @@ def likely_filters(
     if n < 8 * left_out:
         return [], 0.0
     inner = slice(left_out, n - left_out)
-    spectra = _Spectra(n - 2 * left_out, angle, order)
+    target = _filled((signal - known)[inner], free_columns[inner].T)
+    spectra = _Spectra(target, free_columns[inner].T, angle, order)
     if spectra.empty:
         return [], 0.0
-    others = [spectra.of_others((signal - known)[inner], each[inner].T) for each in (columns, free_columns)]
+    others = [spectra.of_others(target, each[inner].T) for each in (columns, free_columns)]
     log_other = math.log(0.5 * (1.0 - _PRIOR)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
-    found: list[tuple[float, RecordingFilter]] = []
+    filled = target + known[inner]
+    found: list[_Tried] = []
     for kind in kinds:
         log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
-        found += _of_kind(kind, log_prior, lambda each: spectra.behind(signal[inner], through, inner, each))
-    found.sort(key=lambda each: -each[0])
-    log_filtered = _log_sum([log_evidence for log_evidence, _ in found])
-    likely = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
-    share = np.exp(np.array([each[0] for each in likely]) - _log_sum([each[0] for each in likely]))
-    filters = [filter_ for _, filter_ in likely]
-    return list(zip(share.tolist(), filters, strict=True)), float(expit(log_filtered - log_other))
+        found += _of_kind(
+            kind, log_prior, spectra.of_noise, lambda each: spectra.behind(filled, through, inner, each)
+        )
+    found.sort(key=lambda each: -each.log_evidence)
+    log_filtered = _log_sum([each.log_evidence for each in found])
+    least = found[0].log_evidence + math.log(_MUCH_LESS)
+    likely = [each for each in found[:_MOST] if each.log_evidence > least]
+    share = softmax([each.log_evidence for each in likely]).tolist()
+    filters = [replace(each.filter, noise_sd=each.noise_sd) for each in likely]
+    return list(zip(share, filters, strict=True)), float(expit(log_filtered - log_other))
+
+
+class _Tried(NamedTuple):
+    """A filter with its log evidence, and the sd of the noise as :class:`RecordingFilter` has it."""
+
+    log_evidence: float
+    filter: RecordingFilter
+    noise_sd: float
+
+
+def _filled(signal: Array, rows: Array) -> Array:
+    """A signal with what is missing as rows have it, and a residual between its neighbours'."""
+    known = np.isfinite(signal)
+    if known.all():
+        return signal
+    both = np.vstack([rows, signal])[:, known]
+    fitted = near_least_squares(both @ both.T) @ rows
+    left = np.interp(np.arange(signal.size), np.flatnonzero(known), (signal - fitted)[known])
+    return np.where(known, signal, fitted + left)
 
 
 def _of_kind(
-    kind: FilterKind, log_prior: float, log_evidence: Callable[[RecordingFilter], float]
-) -> list[tuple[float, RecordingFilter]]:
+    kind: FilterKind,
+    log_prior: float,
+    of_noise: Callable[[RecordingFilter], float],
+    behind: Callable[[RecordingFilter], _Tried],
+) -> list[_Tried]:
     """Filters of a kind with their log evidence: some of all sizes, and all near the best of these."""
     filters = [replace(kind.of(float(size)), log_prior=log_prior) for size in kind.sizes]
-    known: dict[int, float] = {}
+    known: dict[int, _Tried] = {}
 
     def best_of(sizes: Iterable[int]) -> int:
-        known.update({i: log_prior + log_evidence(filters[i]) for i in sizes if i not in known})
-        return max(known, key=known.__getitem__)
+        known.update({i: behind(filters[i]) for i in sizes if i not in known})
+        return max(known, key=lambda i: known[i].log_evidence)
 
-    tried = _spread(kind.sizes)
-    step = 1 if kind.has_zeros else _FIRST
-    best = best_of([*tried[::step], tried[-1]])
-    while step > 1:
-        step //= 2
+    if kind.has_zeros:
+        probable = np.argsort([-of_noise(each) for each in filters])[:_BY_NOISE]
+        best = best_of(probable.tolist())
+        best_of(range(max(best - 1, 0), min(best + 2, len(filters))))
+    else:
+        tried = _spread(kind.sizes)
+        step = _FIRST
+        best = best_of([*tried[::step], tried[-1]])
+        while step > 1:
+            step //= 2
+            place = tried.index(best)
+            best = best_of(tried[each] for each in (place - step, place + step) if 0 <= each < len(tried))
         place = tried.index(best)
-        best = best_of(tried[each] for each in (place - step, place + step) if 0 <= each < len(tried))
-    place = tried.index(best)
-    best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)] + 1))
-    return [(value, filters[i]) for i, value in known.items()]
+        best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)] + 1))
+    return list(known.values())
 
 
 def _spread(sizes: Array) -> list[int]:
@@ -144,29 +185,48 @@ def _spread(sizes: Array) -> list[int]:
 
 
 class _Spectra:
-    """Likelihoods of the residuals of fits of so many samples, by their spectra."""
+    """Likelihoods of the residuals of fits to a signal, by their spectra.
 
-    def __init__(self, n: int, angle: float, order: int) -> None:
-        self._n = n
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+    rows : ndarray, shape (q, n)
+        What describes it but for noise, by whose residual all are whitened.
+    angle, order
+        See :func:`likely_filters`.
+    """
+
+    def __init__(self, signal: Array, rows: Array, angle: float, order: int) -> None:
+        self._n = n = signal.size
+        self._amplitude = float(np.max(np.abs(signal)))
         place, phase = np.linspace(-1.0, 1.0, n), angle * np.arange(n)
         swings = np.polynomial.legendre.legvander(place, _SWINGS)
-        self._slow = np.hstack(
-            [
-                np.polynomial.legendre.legvander(place, _DRIFT),
-                swings * np.cos(phase)[:, None],
-                swings * np.sin(phase)[:, None],
-            ]
-        ).T
+        slow = [
+            np.polynomial.legendre.legvander(place, _DRIFT),
+            swings * np.cos(phase)[:, None],
+            swings * np.sin(phase)[:, None],
+        ]
+        self._slow = np.hstack(slow).T
+        left = self._left(signal, rows)
+        coefficients, variances = burg_recursion(left / math.sqrt(float(left @ left) / n), most_lags(n))
+        colour = Autoregression(coefficients[-1], float(variances[-1]))
+        # the grid is twice as fine as the Fourier frequencies: no lag of a taper is missed
+        self._whitener = np.append(1.0, -colour.coefficients)
+        self._slow = self._whitened(self._slow)
+        grid = math.pi * np.arange(n + 1) / n
+        self._grid, self._gain = grid, colour.innovation_variance / colour.spectrum(grid)
+        self._window = irfft(np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0))
         # estimates that share no taper's main lobe are independent
         stride = int(2 * _BANDWIDTH)
-        index = np.arange(stride, n // 2 - stride // 2, stride)
-        omega = 2.0 * math.pi * index / n
+        self._places = np.arange(stride, n // 2 - stride, stride)
+        self._places = self._places[2.0 * math.pi * self._places / n > _ABOVE * angle]
         # the transform at multiples of a frequency is that of as many parts of the samples added up
         parts = math.gcd(n, stride)
-        index //= parts
-        self._tapers = _tapers(n).reshape(_TAPERS, parts, -1)
-        above = omega > _ABOVE * angle
-        self._index, self._omega = index[above], omega[above]
+        self._parts = _tapers(n).reshape(_TAPERS, parts, -1)
+        self._noise = self._power(self._left(self._whitened(signal), self._whitened(rows)))
+        strength = self._noise / self._gain[2 * self._places]
+        loud = strength > _FAINTEST * np.max(strength, initial=0.0)
+        self._places, self._noise = self._places[loud], self._noise[loud]
         phase = self._omega / angle
         resonance = phase ** (2 * order) / (phase * phase - 1.0) ** 2
         integrator = math.tan(0.5 * _ABOVE * angle) / np.tan(0.5 * self._omega)
@@ -177,51 +237,100 @@ class _Spectra:
     @property
     def empty(self) -> bool:
         """Whether the samples are too few or too far apart to show any frequency far above the motion's."""
-        return self._index.size == 0
+        return self._places.size == 0
+
+    @property
+    def _omega(self) -> Array:
+        return self._grid[2 * self._places]
 
     def of_others(self, signal: Array, rows: Array) -> float:
         """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds."""
-        left = self._left(signal, rows)
-        colour, _ = burg(left, len(rows))
-        power = self._power(left)
-        own = float(self._log_likelihood(power, colour.spectrum(self._omega)[None])[0]) - colour.penalty
-        kinds = [own, *(self._averaged(power, shape) for shape in self._others)]
+        raw = signal - near_least_squares(_sums(rows, signal)) @ rows
+        colour, _ = burg(raw, len(rows))
+        power = self._power(self._left(self._whitened(signal), self._whitened(rows)))
+        white = self._gain[2 * self._places]
+        own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0][0])
+        kinds = [own - colour.penalty, *(self._averaged(power, shape) for shape in self._others)]
         return _log_sum(kinds) - math.log(len(kinds)) - self._price(len(rows))
 
-    def behind(self, signal: Array, through: Through, inner: slice, filter_: RecordingFilter) -> float:
-        """Log evidence of a filter; the last row that goes through it is known."""
+    def of_noise(self, filter_: RecordingFilter) -> float:
+        """Log evidence of a filter if its corners have any shape, by its noise alone."""
+        return _log_sum(self._log_likelihood(self._noise, self._behind(filter_))[0])
+
+    def behind(self, signal: Array, through: Through, inner: slice, filter_: RecordingFilter) -> _Tried:
+        """Log evidence of a filter, with its prior; the last row that goes through it is known."""
         shown = through.rows(filter_)
-        rows = np.vstack([shown[:-1], filter_.memory(shown.shape[1]).T])[:, inner]
-        left = self._left(signal - shown[-1, inner], rows)
-        response = np.abs(filter_.response(self._omega)) ** 2
-        return self._averaged(self._power(left), response) - self._price(len(rows))
+        memory = filter_.memory(shown.shape[1]).T
+        rows = self._whitened(np.vstack([shown[:-1], memory])[:, inner])
+        left = self._left(self._whitened(signal - shown[-1, inner]), rows)
+        log_later, level = self._log_likelihood(self._power(left), self._behind(filter_))
+        best = int(np.argmax(log_later))
+        price = self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory), left)
+        log_evidence = filter_.log_prior + _log_sum(log_later) - math.log(_LATER.size) - price
+        noise_sd = math.sqrt(level[best] * (filter_.gain**2 + _LATER[best]))
+        return _Tried(log_evidence, filter_, noise_sd)
+
+    def _whitened(self, rows: Array) -> Array:
+        """Rows behind the whitening filter, zero as long as that does not know what was before."""
+        white = np.asarray(lfilter(self._whitener, [1.0], rows))
+        white[..., : self._whitener.size - 1] = 0.0
+        return white
 
     def _left(self, signal: Array, rows: Array) -> Array:
         """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
-        both = np.vstack([rows, self._slow, signal])
-        known = np.isfinite(signal)
-        if not known.all():
-            both = both[:, known]
-        left = both[-1] - near_least_squares(both @ both.T) @ both[:-1]
-        return left if known.all() else np.interp(np.arange(signal.size), np.flatnonzero(known), left)
+        rows = np.vstack([rows, self._slow])
+        return np.asarray(signal - near_least_squares(_sums(rows, signal)) @ rows)
 
     def _price(self, coefficients: int) -> float:
         """Penalty for fitted coefficients, by the Bayesian information criterion."""
         return 0.5 * coefficients * math.log(self._n)
 
+    def _price_of_memory(self, rows: Array, count: int, left: Array) -> float:
+        """The same of the last rows, whose coefficients are of the order of the amplitude."""
+        if count == 0:
+            return 0.0
+        sums = _sums(np.vstack([self._slow, rows[:-count]]), rows[-count:])
+        sums[np.diag_indices_from(sums)] *= 1.0 + RIDGE
+        known = self._amplitude**2 * self._n / float(left @ left)
+        own = np.linalg.cholesky(sums)[-count:, -count:]
+        return 0.5 * float(np.linalg.slogdet(np.eye(count) + known * own @ own.T)[1])
+
     def _power(self, left: Array) -> Array:
-        parts = np.einsum("kij,ij->kj", self._tapers, left.reshape(self._tapers.shape[1:]))
-        power = np.abs(rfft(parts)[:, self._index]) ** 2
+        parts = np.einsum("kij,ij->kj", self._parts, left.reshape(self._parts.shape[1:]))
+        power = np.abs(rfft(parts)[:, self._places // self._parts.shape[1]]) ** 2
         return np.asarray(power.mean(axis=0))
 
-    def _averaged(self, power: Array, shape: Array) -> float:
-        """Log likelihood of a shape, (frequencies,), averaged over white noise that came later."""
-        return _log_sum(self._log_likelihood(power, shape + _LATER[:, None])) - math.log(_LATER.size)
+    def _expected(self, shape: Array) -> Array:
+        """Expectation of the estimates, once whitened, of a spectral density on the grid."""
+        return np.asarray(rfft(irfft(shape * self._gain) * self._window).real[2 * self._places])
 
-    def _log_likelihood(self, power: Array, shapes: Array) -> Array:
-        """For spectra of these shapes, (m, frequencies), the level of each fitted."""
-        level = np.mean(power / shapes, axis=1, keepdims=True)
-        return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
+    def _behind(self, filter_: RecordingFilter) -> Array:
+        """Expected estimates behind a filter, (later, frequencies), with white noise that came later."""
+        return self._with_later(self._expected(np.abs(filter_.response(self._grid)) ** 2), self._white)
+
+    @cached_property
+    def _white(self) -> Array:
+        return self._expected(np.ones_like(self._grid))
+
+    def _averaged(self, power: Array, shape: Array) -> float:
+        """Log likelihood of a spectrum, (frequencies,), averaged over white noise in addition."""
+        gain = self._gain[2 * self._places]
+        values, _ = self._log_likelihood(power, self._with_later(gain * shape, gain))
+        return _log_sum(values) - math.log(_LATER.size)
+
+    def _with_later(self, shape: Array, white: Array) -> Array:
+        return np.asarray(shape + _LATER[:, None] * white)
+
+    def _log_likelihood(self, power: Array, shapes: Array) -> tuple[Array, Array]:
+        """For spectra of these shapes, (m, frequencies), and the level of each, fitted."""
+        level = np.mean(power / shapes, axis=1)
+        return -_TAPERS * np.sum(np.log(level[:, None] * shapes) + 1.0, axis=1), level
+
+
+def _sums(rows: Array, last: Array) -> Array:
+    """Sums of the products of rows and, last, of one or more."""
+    both = np.vstack([rows, last])
+    return both @ both.T
 
 
 @lru_cache(maxsize=1)

@@ -441,10 +441,9 @@ class _Evaluated:
     @property
     def noise_floor(self) -> float:
         """Sd of white noise as strong as the residual near the motion's frequency."""
-        regression = self.laid.regression
-        fitted = len(regression.names)
-        behind = self.laid.filter is not None
-        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, behind_filter=behind)
+        regression, filter_ = self.laid.regression, self.laid.filter
+        floor = noise_floor(self._left, regression.clock.phase, self.laid.order, len(regression.names))
+        return floor if filter_ is None else max(floor, filter_.noise_sd)
 
     def noise(self, floor: float) -> SensorNoise:
         """Noise of that floor with the colour of the residual."""

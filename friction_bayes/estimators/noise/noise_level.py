@@ -98,9 +98,7 @@ def compared_forces() -> ComparedForces:
     return ComparedForces(np.ascontiguousarray(ratio), np.ascontiguousarray(tau), log_prior)
 
 
-def noise_floor(
-    residual: Array, phase: Array, order: int, fitted: int, *, behind_filter: bool = False
-) -> float:
+def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
     """Sd of white noise of the sensor's level near the motion's frequency, from the residual of a fit.
 
     Parameters
@@ -112,17 +110,13 @@ def noise_floor(
         Order of the derivative measured.
     fitted : int
         How many numbers have been fitted to it.
-    behind_filter : bool
-        Whether it is of a law behind a filter: what is fitted there varies little within a mean, and all of
-        it is of the means; without one, some of it is of the corners, as is a force.
     """
     own, variance = burg(residual, fitted)
     block = _samples_in_mean(phase)
     if residual.size < _FEWEST_MEANS * block:
         return math.sqrt(variance)
     # of a mean of a block to that of a sample
-    means, spent = block_means(residual, block), fitted if behind_filter else fitted / block
-    level = block * _level(means, block_means(phase, block), order, spent)
+    level = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
     return math.sqrt(min(level, variance) if own.order == 0 else level)
 
 

@@ -68,6 +68,8 @@ class RecordingFilter:
         Response of the next filter of its kind; None where sizes are counted and one of them is right.
     log_prior : float
         Logarithm of the prior probability that a record went through it.
+    noise_sd : float
+        Of white noise as strong as that behind it at the motion's frequency, by the spectrum above.
     """
 
     name: str
@@ -76,6 +78,7 @@ class RecordingFilter:
     settling: Complexes = field(default_factory=lambda: np.empty(0, np.complex128), compare=False)
     neighbour: Response | None = field(default=None, compare=False)
     log_prior: float = field(default=0.0, compare=False)
+    noise_sd: float = field(default=0.0, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -106,7 +109,9 @@ class RecordingFilter:
         The difference between two recordings of one motion, whatever had gone through the filter before.
         """
         left = np.exp(np.multiply.outer(np.arange(samples), self.settling))
-        return np.hstack([left.real, left.imag[:, self.settling.imag != 0.0]])
+        # a rate that alternates from sample to sample is real
+        pairs = (self.settling.imag != 0.0) & (np.abs(self.settling.imag) != math.pi)
+        return np.hstack([left.real, left.imag[:, pairs]])
 
 
 class Through:
