@@ -256,13 +256,15 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
 
 
 def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
-    """Accounts behind filters like one, and their probabilities; the noise went through the filter too."""
-    shapes = [
-        _Shape([each], _without_force(prepared, each, math.log(share)))
-        for share, each in prepared.behind(filter_, laid)
-    ]
-    parts = _under_floor(prepared, shapes)
-    return list(zip(parts, _probabilities(parts), strict=True))
+    """Accounts behind filters like one, and their probabilities; the noise went through the filter too.
+
+    The spectra have compared the filters with each other: a record is no evidence twice.
+    """
+    found: list[tuple[_Evaluated, float]] = []
+    for share, each in prepared.behind(filter_, laid):
+        parts = _under_floor(prepared, [_Shape([each], _without_force(prepared, each))])
+        found += [(part, share * own) for part, own in zip(parts, _probabilities(parts), strict=True)]
+    return found
 
 
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
@@ -348,9 +350,9 @@ def _probable(parts: Sequence[_Evaluated]) -> list[bool]:
     return [part.log_evidence > least for part in parts]
 
 
-def _without_force(prepared: PreparedDecay, laid: Laid, log_shape: float = 0.0) -> _Evaluated:
-    """The account without a force of a shape of that log prior probability."""
-    return _evaluated(laid, prepared.prior.without_force, math.log(prepared.prior.none) + log_shape)
+def _without_force(prepared: PreparedDecay, laid: Laid) -> _Evaluated:
+    """The account without a force of a shape, all as probable as each other."""
+    return _evaluated(laid, prepared.prior.without_force, math.log(prepared.prior.none))
 
 
 def _with_force(prepared: PreparedDecay, paths: Sequence[Laid], still: _Evaluated) -> _Evaluated:

@@ -215,9 +215,7 @@ def kinds_for(angle: float) -> list[FilterKind]:
     """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable."""
     kinds = [_means(angle, 1), _means(angle, 2), _polynomials(angle, 2), _polynomials(angle, 4)]
     kinds += [_couplings(angle)]
-    # first order both ways is not among them: its noise is nearly that of second order, its gain is not
-    kinds += [_low_passes(angle, order, 1) for order in (1, 2, 3, 4)]
-    kinds += [_low_passes(angle, order, 2) for order in (2, 3, 4)]
+    kinds += [_low_passes(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
