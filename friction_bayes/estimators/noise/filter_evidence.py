@@ -21,7 +21,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, rfft
@@ -112,27 +111,18 @@ def likely_filters(
     log_other = math.log(0.5 * (1.0 - _PRIOR)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
     filled = target + known[inner]
-    found: list[_Tried] = []
+    found: list[tuple[float, RecordingFilter]] = []
     for kind in kinds:
         log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
         found += _of_kind(
             kind, log_prior, spectra.of_noise, lambda each: spectra.behind(filled, through, inner, each)
         )
-    found.sort(key=lambda each: -each.log_evidence)
-    log_filtered = _log_sum([each.log_evidence for each in found])
-    least = found[0].log_evidence + math.log(_MUCH_LESS)
-    likely = [each for each in found[:_MOST] if each.log_evidence > least]
-    share = softmax([each.log_evidence for each in likely]).tolist()
-    filters = [replace(each.filter, noise_sd=each.noise_sd) for each in likely]
+    found.sort(key=lambda each: -each[0])
+    log_filtered = _log_sum([log_evidence for log_evidence, _ in found])
+    likely = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
+    share = softmax([log_evidence for log_evidence, _ in likely]).tolist()
+    filters = [filter_ for _, filter_ in likely]
     return list(zip(share, filters, strict=True)), float(expit(log_filtered - log_other))
-
-
-class _Tried(NamedTuple):
-    """A filter with its log evidence, and the sd of the noise as :class:`RecordingFilter` has it."""
-
-    log_evidence: float
-    filter: RecordingFilter
-    noise_sd: float
 
 
 def _filled(signal: Array, rows: Array) -> Array:
@@ -150,15 +140,15 @@ def _of_kind(
     kind: FilterKind,
     log_prior: float,
     of_noise: Callable[[RecordingFilter], float],
-    behind: Callable[[RecordingFilter], _Tried],
-) -> list[_Tried]:
+    log_evidence: Callable[[RecordingFilter], float],
+) -> list[tuple[float, RecordingFilter]]:
     """Filters of a kind with their log evidence: some of all sizes, and all near the best of these."""
     filters = [replace(kind.of(float(size)), log_prior=log_prior) for size in kind.sizes]
-    known: dict[int, _Tried] = {}
+    known: dict[int, float] = {}
 
     def best_of(sizes: Iterable[int]) -> int:
-        known.update({i: behind(filters[i]) for i in sizes if i not in known})
-        return max(known, key=lambda i: known[i].log_evidence)
+        known.update({i: log_prior + log_evidence(filters[i]) for i in sizes if i not in known})
+        return max(known, key=known.__getitem__)
 
     if kind.has_zeros:
         probable = np.argsort([-of_noise(each) for each in filters])[:_BY_NOISE]
@@ -174,7 +164,7 @@ def _of_kind(
             best = best_of(tried[each] for each in (place - step, place + step) if 0 <= each < len(tried))
         place = tried.index(best)
         best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)] + 1))
-    return list(known.values())
+    return [(value, filters[i]) for i, value in known.items()]
 
 
 def _spread(sizes: Array) -> list[int]:
@@ -249,26 +239,22 @@ class _Spectra:
         colour, _ = burg(raw, len(rows))
         power = self._power(self._left(self._whitened(signal), self._whitened(rows)))
         white = self._gain[2 * self._places]
-        own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0][0])
-        kinds = [own - colour.penalty, *(self._averaged(power, shape) for shape in self._others)]
+        own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
+        kinds = [own - colour.penalty, *(self._averaged(power, white * each, white) for each in self._others)]
         return _log_sum(kinds) - math.log(len(kinds)) - self._price(len(rows))
 
     def of_noise(self, filter_: RecordingFilter) -> float:
         """Log evidence of a filter if its corners have any shape, by its noise alone."""
-        return _log_sum(self._log_likelihood(self._noise, self._behind(filter_))[0])
+        return self._of_response(self._noise, filter_)
 
-    def behind(self, signal: Array, through: Through, inner: slice, filter_: RecordingFilter) -> _Tried:
-        """Log evidence of a filter, with its prior; the last row that goes through it is known."""
+    def behind(self, signal: Array, through: Through, inner: slice, filter_: RecordingFilter) -> float:
+        """Log evidence of a filter; the last row that goes through it is known."""
         shown = through.rows(filter_)
         memory = filter_.memory(shown.shape[1]).T
         rows = self._whitened(np.vstack([shown[:-1], memory])[:, inner])
         left = self._left(self._whitened(signal - shown[-1, inner]), rows)
-        log_later, level = self._log_likelihood(self._power(left), self._behind(filter_))
-        best = int(np.argmax(log_later))
-        price = self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory), left)
-        log_evidence = filter_.log_prior + _log_sum(log_later) - math.log(_LATER.size) - price
-        noise_sd = math.sqrt(level[best] * (filter_.gain**2 + _LATER[best]))
-        return _Tried(log_evidence, filter_, noise_sd)
+        value = self._of_response(self._power(left), filter_) - self._price(len(shown) - 1)
+        return value - self._price_of_memory(rows, len(memory), left)
 
     def _whitened(self, rows: Array) -> Array:
         """Rows behind the whitening filter, zero as long as that does not know what was before."""
@@ -304,27 +290,23 @@ class _Spectra:
         """Expectation of the estimates, once whitened, of a spectral density on the grid."""
         return np.asarray(rfft(irfft(shape * self._gain) * self._window).real[2 * self._places])
 
-    def _behind(self, filter_: RecordingFilter) -> Array:
-        """Expected estimates behind a filter, (later, frequencies), with white noise that came later."""
-        return self._with_later(self._expected(np.abs(filter_.response(self._grid)) ** 2), self._white)
+    def _of_response(self, power: Array, filter_: RecordingFilter) -> float:
+        shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
+        return self._averaged(power, shape, self._white)
 
     @cached_property
     def _white(self) -> Array:
         return self._expected(np.ones_like(self._grid))
 
-    def _averaged(self, power: Array, shape: Array) -> float:
-        """Log likelihood of a spectrum, (frequencies,), averaged over white noise in addition."""
-        gain = self._gain[2 * self._places]
-        values, _ = self._log_likelihood(power, self._with_later(gain * shape, gain))
-        return _log_sum(values) - math.log(_LATER.size)
+    def _averaged(self, power: Array, shape: Array, white: Array) -> float:
+        """Log likelihood of expected estimates, (frequencies,), averaged over white noise that came later."""
+        shapes = shape + _LATER[:, None] * white
+        return _log_sum(self._log_likelihood(power, shapes)) - math.log(_LATER.size)
 
-    def _with_later(self, shape: Array, white: Array) -> Array:
-        return np.asarray(shape + _LATER[:, None] * white)
-
-    def _log_likelihood(self, power: Array, shapes: Array) -> tuple[Array, Array]:
-        """For spectra of these shapes, (m, frequencies), and the level of each, fitted."""
-        level = np.mean(power / shapes, axis=1)
-        return -_TAPERS * np.sum(np.log(level[:, None] * shapes) + 1.0, axis=1), level
+    def _log_likelihood(self, power: Array, shapes: Array) -> Array:
+        """For spectra of these shapes, (m, frequencies), the level of each fitted."""
+        level = np.mean(power / shapes, axis=1, keepdims=True)
+        return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
 
 
 def _sums(rows: Array, last: Array) -> Array:

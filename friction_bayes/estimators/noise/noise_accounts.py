@@ -444,8 +444,8 @@ class _Evaluated:
     def noise_floor(self) -> float:
         """Sd of white noise as strong as the residual near the motion's frequency."""
         regression, filter_ = self.laid.regression, self.laid.filter
-        floor = noise_floor(self._left, regression.clock.phase, self.laid.order, len(regression.names))
-        return floor if filter_ is None else max(floor, filter_.noise_sd)
+        fitted = len(regression.names)
+        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, filter_)
 
     def noise(self, floor: float) -> SensorNoise:
         """Noise of that floor with the colour of the residual."""

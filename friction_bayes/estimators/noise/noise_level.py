@@ -34,6 +34,7 @@ from friction_bayes.estimators.noise.force_screen import (
     force_table,
     probability_of_none,
 )
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.force_prior import at_resonance
 from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, whiten
@@ -98,7 +99,9 @@ def compared_forces() -> ComparedForces:
     return ComparedForces(np.ascontiguousarray(ratio), np.ascontiguousarray(tau), log_prior)
 
 
-def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
+def noise_floor(
+    residual: Array, phase: Array, order: int, fitted: int, filter_: RecordingFilter | None = None
+) -> float:
     """Sd of white noise of the sensor's level near the motion's frequency, from the residual of a fit.
 
     Parameters
@@ -110,13 +113,19 @@ def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float
         Order of the derivative measured.
     fitted : int
         How many numbers have been fitted to it.
+    filter_ : RecordingFilter or None
+        Between the law and the residual: what is fitted there varies little within a mean, and all of it is
+        of the means; without one, some of it is of the corners, as is a force.
     """
+    if filter_ is not None:
+        residual = filter_.gain * filter_.undone(residual)
     own, variance = burg(residual, fitted)
     block = _samples_in_mean(phase)
     if residual.size < _FEWEST_MEANS * block:
         return math.sqrt(variance)
     # of a mean of a block to that of a sample
-    level = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
+    spent = fitted / block if filter_ is None else fitted
+    level = block * _level(block_means(residual, block), block_means(phase, block), order, spent)
     return math.sqrt(min(level, variance) if own.order == 0 else level)
 
 

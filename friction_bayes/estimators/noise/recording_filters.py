@@ -41,6 +41,8 @@ _BELOW_NYQUIST = math.pi - 1e-6
 """Frequency at which a bilinear transform is still finite."""
 _MARGIN = 0.25
 """Share of a period at either end, where a filter has too few samples."""
+_LET_THROUGH = 0.3
+"""Share of the amplitude below which a frequency is not let through."""
 _FORGOTTEN = 1e-4
 """Share of what came when it is not known that a filter may still show where it is taken to be forgotten."""
 
@@ -68,8 +70,6 @@ class RecordingFilter:
         Response of the next filter of its kind; None where sizes are counted and one of them is right.
     log_prior : float
         Logarithm of the prior probability that a record went through it.
-    noise_sd : float
-        Of white noise as strong as that behind it at the motion's frequency, by the spectrum above.
     """
 
     name: str
@@ -78,7 +78,6 @@ class RecordingFilter:
     settling: Complexes = field(default_factory=lambda: np.empty(0, np.complex128), compare=False)
     neighbour: Response | None = field(default=None, compare=False)
     log_prior: float = field(default=0.0, compare=False)
-    noise_sd: float = field(default=0.0, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -102,6 +101,13 @@ class RecordingFilter:
     def next(self) -> RecordingFilter | None:
         """The next filter of its kind, where a size in between may be the right one."""
         return None if self.neighbour is None else replace(self, response=self.neighbour, neighbour=None)
+
+    def undone(self, noise: Array) -> Array:
+        """Noise, shape (n,), as strong as it was before the filter, at frequencies that were let through."""
+        size = next_fast_len(noise.size, real=True)
+        share = np.abs(self.response(2.0 * math.pi * np.arange(size // 2 + 1) / size))
+        before = irfft(rfft(noise, size) / np.maximum(share, _LET_THROUGH), size)
+        return np.asarray(before[: noise.size])
 
     def memory(self, samples: int) -> Array:
         """Responses to the time before the recording, shape (samples, p): any multiples of these.
