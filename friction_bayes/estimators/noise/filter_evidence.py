@@ -23,12 +23,12 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.fft import irfft, rfft
+from scipy.fft import irfft, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
 from scipy.signal import lfilter
 from scipy.special import expit, softmax
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Complexes
 from friction_bayes.estimators.noise.recording_filters import (
     FilterKind,
     RecordingFilter,
@@ -102,7 +102,9 @@ def likely_filters(
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
     if n < 8 * left_out:
         return [], 0.0
-    inner = slice(left_out, n - left_out)
+    # of a length whose transforms are fast
+    stride = int(2 * _BANDWIDTH)
+    inner = slice(left_out, left_out + stride * prev_fast_len((n - 2 * left_out) // stride, real=True))
     target = _filled((signal - known)[inner], free_columns[inner].T)
     spectra = _Spectra(target, free_columns[inner].T, angle, order)
     if spectra.empty:
@@ -110,12 +112,15 @@ def likely_filters(
     others = [spectra.of_others(target, each[inner].T) for each in (columns, free_columns)]
     log_other = math.log(0.5 * (1.0 - _PRIOR)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
-    filled = target + known[inner]
+    whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
     found: list[tuple[float, RecordingFilter]] = []
     for kind in kinds:
         log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
         found += _of_kind(
-            kind, log_prior, spectra.of_noise, lambda each: spectra.behind(filled, through, inner, each)
+            kind,
+            log_prior,
+            spectra.of_noise,
+            lambda each: spectra.behind(filled, through.rows(each, whitener)[:, inner], each, inner.start),
         )
     found.sort(key=lambda each: -each[0])
     log_filtered = _log_sum([log_evidence for log_evidence, _ in found])
@@ -202,7 +207,7 @@ class _Spectra:
         colour = Autoregression(coefficients[-1], float(variances[-1]))
         # the grid is twice as fine as the Fourier frequencies: no lag of a taper is missed
         self._whitener = np.append(1.0, -colour.coefficients)
-        self._slow = self._whitened(self._slow)
+        self._slow = self.whitened(self._slow)
         grid = math.pi * np.arange(n + 1) / n
         self._grid, self._gain = grid, colour.innovation_variance / colour.spectrum(grid)
         self._window = irfft(np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0))
@@ -211,9 +216,8 @@ class _Spectra:
         self._places = np.arange(stride, n // 2 - stride, stride)
         self._places = self._places[2.0 * math.pi * self._places / n > _ABOVE * angle]
         # the transform at multiples of a frequency is that of as many parts of the samples added up
-        parts = math.gcd(n, stride)
-        self._parts = _tapers(n).reshape(_TAPERS, parts, -1)
-        self._noise = self._power(self._left(self._whitened(signal), self._whitened(rows)))
+        self._parts = _tapers(n).reshape(_TAPERS, stride, -1)
+        self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         strength = self._noise / self._gain[2 * self._places]
         loud = strength > _FAINTEST * np.max(strength, initial=0.0)
         self._places, self._noise = self._places[loud], self._noise[loud]
@@ -237,26 +241,46 @@ class _Spectra:
         """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds."""
         raw = signal - near_least_squares(_sums(rows, signal)) @ rows
         colour, _ = burg(raw, len(rows))
-        power = self._power(self._left(self._whitened(signal), self._whitened(rows)))
-        white = self._gain[2 * self._places]
+        power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
+        white = self._white_gain
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
         kinds = [own - colour.penalty, *(self._averaged(power, white * each, white) for each in self._others)]
         return _log_sum(kinds) - math.log(len(kinds)) - self._price(len(rows))
 
     def of_noise(self, filter_: RecordingFilter) -> float:
-        """Log evidence of a filter if its corners have any shape, by its noise alone."""
-        return self._of_response(self._noise, filter_)
+        """Log evidence of a filter if corners have any shape, by the noise alone, no leakage expected."""
+        shape = self._white_gain * np.abs(filter_.response(self._omega)) ** 2
+        return self._averaged(self._noise, shape, self._white_gain)
 
-    def behind(self, signal: Array, through: Through, inner: slice, filter_: RecordingFilter) -> float:
-        """Log evidence of a filter; the last row that goes through it is known."""
-        shown = through.rows(filter_)
-        memory = filter_.memory(shown.shape[1]).T
-        rows = self._whitened(np.vstack([shown[:-1], memory])[:, inner])
-        left = self._left(self._whitened(signal - shown[-1, inner]), rows)
-        value = self._of_response(self._power(left), filter_) - self._price(len(shown) - 1)
+    def behind(self, signal: Array, shown: Array, filter_: RecordingFilter, start: int) -> float:
+        """Log evidence of a filter.
+
+        Parameters
+        ----------
+        signal : ndarray, shape (n,)
+            Whitened.
+        shown : ndarray, shape (p + 1, n)
+            Columns of the law behind it, the last one known, whitened.
+        filter_ : RecordingFilter
+        start : int
+            Samples before the first.
+        """
+        shown[:, : self._whitener.size - 1] = 0.0
+        rows = shown[:-1]
+        memory = filter_.memory(start + self._n).T[:, start:]
+        if len(memory):
+            rows = np.vstack([rows, self.whitened(memory)])
+        left = self._left(signal - shown[-1], rows)
+        shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
+        value = self._averaged(self._power(left), shape, self._white) - self._price(len(shown) - 1)
         return value - self._price_of_memory(rows, len(memory), left)
 
-    def _whitened(self, rows: Array) -> Array:
+    def whitener_at(self, omega: Array) -> Complexes:
+        """Response of the whitening filter at frequencies, shape (m,)."""
+        lags = np.arange(self._whitener.size)
+        return np.asarray(np.exp(-1j * np.multiply.outer(omega, lags)) @ self._whitener)
+
+    def whitened(self, rows: Array) -> Array:
         """Rows behind the whitening filter, zero as long as that does not know what was before."""
         white = np.asarray(lfilter(self._whitener, [1.0], rows))
         white[..., : self._whitener.size - 1] = 0.0
@@ -290,9 +314,9 @@ class _Spectra:
         """Expectation of the estimates, once whitened, of a spectral density on the grid."""
         return np.asarray(rfft(irfft(shape * self._gain) * self._window).real[2 * self._places])
 
-    def _of_response(self, power: Array, filter_: RecordingFilter) -> float:
-        shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
-        return self._averaged(power, shape, self._white)
+    @cached_property
+    def _white_gain(self) -> Array:
+        return self._gain[2 * self._places]
 
     @cached_property
     def _white(self) -> Array:

@@ -124,7 +124,8 @@ class Through:
     """Columns, shape (n, p), that go through one filter or another.
 
     They are continued beyond either end by their mirror image about its value, fading out: a step there would
-    ring in every sample behind a filter with a fractional delay.
+    ring in every sample behind a filter with a fractional delay. Their transform is at the frequencies
+    ``omega`` [rad/sample], shape (m,).
     """
 
     def __init__(self, columns: Array) -> None:
@@ -136,15 +137,15 @@ class Through:
         after = (2.0 * rows[:, -1:] - rows[:, -added - 1 : -1][:, ::-1]) * fade
         self._size = next_fast_len(n + 2 * added, real=True)
         self._spectrum = rfft(np.hstack([before[:, ::-1], rows, after]), self._size)
-        self._omega = 2.0 * math.pi * np.arange(self._spectrum.shape[1]) / self._size
+        self.omega = 2.0 * math.pi * np.arange(self._spectrum.shape[1]) / self._size
 
     def __call__(self, filter_: RecordingFilter) -> Array:
         """Columns behind the filter, shape (n, p); not valid within the :func:`margin` of either end."""
         return np.ascontiguousarray(self.rows(filter_).T)
 
-    def rows(self, filter_: RecordingFilter) -> Array:
-        """The same, a row each, shape (p, n), as the transform provides them."""
-        response = filter_.without_delay(self._omega)
+    def rows(self, filter_: RecordingFilter, another: Complexes | float = 1.0) -> Array:
+        """The same, a row each, shape (p, n), as the transform provides them; behind another response too."""
+        response = filter_.without_delay(self.omega) * another
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])
 
