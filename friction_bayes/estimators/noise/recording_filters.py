@@ -14,6 +14,7 @@ from functools import cached_property, partial
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import besselap
 
 from friction_bayes.core.arrays import Array, Complexes, Indices
 
@@ -220,9 +221,10 @@ class FilterKind:
 
 def kinds_for(angle: float) -> list[FilterKind]:
     """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable."""
-    kinds = [_means(angle, 1), _means(angle, 2), _polynomials(angle, 2), _polynomials(angle, 4)]
-    kinds += [_couplings(angle)]
-    kinds += [_low_passes(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4)]
+    kinds = [_means(angle, 1), _means(angle, 2), _hann(angle), _polynomials(angle, 2), _polynomials(angle, 4)]
+    kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
+    kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4)]
+    kinds += [_bessel(angle, order) for order in (2, 4)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
@@ -240,6 +242,23 @@ def _means(angle: float, times: int) -> FilterKind:
         return RecordingFilter(name, response, angle)
 
     return FilterKind(_windows(angle, 3, _LONGEST_MEAN), of, has_zeros=True)
+
+
+def _hann(angle: float) -> FilterKind:
+    """Weights of Hann's window; outside the window they are zero."""
+
+    def of(window: float) -> RecordingFilter:
+        half = int(window) // 2
+        weights = 1.0 + np.cos(math.pi * np.arange(half + 1) / (half + 1.0))
+        weights *= np.append(1.0, np.full(half, 2.0))
+        weights /= weights.sum()
+
+        def response(omega: Array) -> Array:
+            return np.asarray(np.polynomial.chebyshev.chebval(np.cos(omega), weights))
+
+        return RecordingFilter(f"a Hann window of {window:.0f} samples", response, angle)
+
+    return FilterKind(_windows(angle, 3, _LONGEST_POLYNOMIAL), of, has_zeros=True)
 
 
 def _polynomials(angle: float, degree: int) -> FilterKind:
@@ -267,10 +286,30 @@ def _corners(lowest: float, highest: float) -> Array:
     return np.geomspace(lowest, highest, math.ceil(math.log(highest / lowest) / math.log(_APART)) + 1)
 
 
-def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
-    """Butterworth's, by the bilinear transform, forward or both ways."""
-    poles = np.exp(0.5j * math.pi * (1.0 + (2.0 * np.arange(order) + 1.0) / order))
-    poles.imag[np.abs(poles.imag) < 1e-12] = 0.0
+def _of_corner(
+    angle: float,
+    words: Callable[[float], str],
+    response: Callable[..., Array],
+    rates: Callable[[float], Complexes] = lambda corner: np.empty(0, np.complex128),
+    between: tuple[float, float] = (_LOWEST_CORNER, math.inf),
+) -> FilterKind:
+    """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
+
+    Words and the corners that are tried, ``between``, have corners over the motion's frequency.
+    """
+
+    def of(corner: float) -> RecordingFilter:
+        own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
+        all_rates = rates(corner)
+        slow = all_rates[np.exp(all_rates.real * margin(angle)) > _FORGOTTEN]
+        return RecordingFilter(words(corner / angle), own, angle, settling=slow, neighbour=neighbour)
+
+    highest = min(between[1] * angle, _HIGHEST_CORNER * math.pi)
+    return FilterKind(_corners(between[0] * angle, highest), of, has_zeros=False)
+
+
+def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKind:
+    """Low passes of the poles that they have at a corner of one, by the bilinear transform."""
 
     def response(omega: Array, *, corner: float) -> Array:
         s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
@@ -280,27 +319,64 @@ def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
         one_way = np.prod(-poles) / product
         return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
 
-    def of(corner: float) -> RecordingFilter:
-        both = ", forward and backward" if ways == 2 else ""
-        name = (
-            f"a low pass of order {order}{both}, corner at {corner / angle:.3g} times the motion's frequency"
-        )
-        own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
-        own_poles = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
-        rates = np.log((1.0 + own_poles) / (1.0 - own_poles))
-        slow = rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN]
-        return RecordingFilter(name, own, angle, settling=slow, neighbour=neighbour)
+    def rates(corner: float) -> Complexes:
+        own = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
+        return np.asarray(np.log((1.0 + own) / (1.0 - own)))
 
-    return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of, has_zeros=False)
+    both = ", forward and backward" if ways == 2 else ""
+    return _of_corner(
+        angle,
+        lambda corner: f"{name}{both}, corner at {corner:.3g} times the motion's frequency",
+        response,
+        rates,
+    )
+
+
+def _butterworth(angle: float, order: int, ways: int) -> FilterKind:
+    poles = np.exp(0.5j * math.pi * (1.0 + (2.0 * np.arange(order) + 1.0) / order))
+    poles.imag[np.abs(poles.imag) < 1e-12] = 0.0
+    return _of_poles(angle, poles, f"a low pass of order {order}", ways)
+
+
+def _bessel(angle: float, order: int) -> FilterKind:
+    return _of_poles(angle, besselap(order, norm="mag")[1], f"a Bessel filter of order {order}", 1)
+
+
+def _smoothing(angle: float) -> FilterKind:
+    """Exponential smoothing: each value goes a share of the way to the sample."""
+
+    def response(omega: Array, *, corner: float) -> Array:
+        kept = math.exp(-corner)
+        return np.asarray((1.0 - kept) / (1.0 - kept * np.exp(-1j * omega)))
+
+    return _of_corner(
+        angle,
+        lambda corner: f"exponential smoothing by {-math.expm1(-corner * angle):.3g} a sample",
+        response,
+        lambda corner: np.array([-corner + 0.0j]),
+    )
+
+
+def _gaussian(angle: float) -> FilterKind:
+    """Weights of a normal density; half the power is left at the corner."""
+    half = math.sqrt(math.log(2.0))
+
+    def response(omega: Array, *, corner: float) -> Array:
+        return np.asarray(np.exp(-0.5 * (half * omega / corner) ** 2))
+
+    return _of_corner(
+        angle, lambda corner: f"Gaussian weights of sd {half / (corner * angle):.3g} samples", response
+    )
 
 
 def _couplings(angle: float) -> FilterKind:
     def response(omega: Array, *, corner: float) -> Array:
         return np.asarray(1j * omega / (1j * omega + corner))
 
-    def of(corner: float) -> RecordingFilter:
-        name = f"an AC coupling, corner at {corner / angle:.2g} times the motion's frequency"
-        own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
-        return RecordingFilter(name, own, angle, settling=np.array([-corner + 0.0j]), neighbour=neighbour)
-
-    return FilterKind(_corners(*(share * angle for share in _COUPLING)), of, has_zeros=False)
+    return _of_corner(
+        angle,
+        lambda corner: f"an AC coupling, corner at {corner:.2g} times the motion's frequency",
+        response,
+        lambda corner: np.array([-corner + 0.0j]),
+        _COUPLING,
+    )
