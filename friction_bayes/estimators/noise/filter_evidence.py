@@ -43,6 +43,8 @@ __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
 """Least number of samples in which filters are looked for."""
+_EXACT_TO = 1e-7
+"""Of the amplitude, to which columns of a motion are exact: no frequency is compared where noise is less."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it."""
@@ -50,8 +52,6 @@ _ABOVE = 2.0
 """Frequency over the motion's from which on spectra are compared: below, the fit takes from the noise."""
 _LATER = np.append(0.0, np.geomspace(1e-12, 1.0, 25))
 """Equally probable variances of noise that came after a filter, over that which went through it."""
-_FAINTEST = 1e-9
-"""Power over the strongest below which a frequency is not compared: there it is rounding."""
 _TIMES = np.geomspace(0.05, 20.0, 10)
 """Correlation times of a random force, as phases of the motion."""
 _INTEGRATED = (2, 4)
@@ -219,7 +219,7 @@ class _Spectra:
         self._parts = _tapers(n).reshape(_TAPERS, stride, -1)
         self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         strength = self._noise / self._gain[2 * self._places]
-        loud = strength > _FAINTEST * np.max(strength, initial=0.0)
+        loud = strength > (_EXACT_TO * self._amplitude) ** 2
         self._places, self._noise = self._places[loud], self._noise[loud]
         phase = self._omega / angle
         resonance = phase ** (2 * order) / (phase * phase - 1.0) ** 2
@@ -242,15 +242,14 @@ class _Spectra:
         raw = signal - near_least_squares(_sums(rows, signal)) @ rows
         colour, _ = burg(raw, len(rows))
         power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
-        white = self._white_gain
+        white = self._gain[2 * self._places]
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
         kinds = [own - colour.penalty, *(self._averaged(power, white * each, white) for each in self._others)]
         return _log_sum(kinds) - math.log(len(kinds)) - self._price(len(rows))
 
     def of_noise(self, filter_: RecordingFilter) -> float:
-        """Log evidence of a filter if corners have any shape, by the noise alone, no leakage expected."""
-        shape = self._white_gain * np.abs(filter_.response(self._omega)) ** 2
-        return self._averaged(self._noise, shape, self._white_gain)
+        """Log evidence of a filter if corners have any shape, by the noise alone."""
+        return self._of_response(self._noise, filter_)
 
     def behind(self, signal: Array, shown: Array, filter_: RecordingFilter, start: int) -> float:
         """Log evidence of a filter.
@@ -271,8 +270,7 @@ class _Spectra:
         if len(memory):
             rows = np.vstack([rows, self.whitened(memory)])
         left = self._left(signal - shown[-1], rows)
-        shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
-        value = self._averaged(self._power(left), shape, self._white) - self._price(len(shown) - 1)
+        value = self._of_response(self._power(left), filter_) - self._price(len(shown) - 1)
         return value - self._price_of_memory(rows, len(memory), left)
 
     def whitener_at(self, omega: Array) -> Complexes:
@@ -314,9 +312,9 @@ class _Spectra:
         """Expectation of the estimates, once whitened, of a spectral density on the grid."""
         return np.asarray(rfft(irfft(shape * self._gain) * self._window).real[2 * self._places])
 
-    @cached_property
-    def _white_gain(self) -> Array:
-        return self._gain[2 * self._places]
+    def _of_response(self, power: Array, filter_: RecordingFilter) -> float:
+        shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
+        return self._averaged(power, shape, self._white)
 
     @cached_property
     def _white(self) -> Array:

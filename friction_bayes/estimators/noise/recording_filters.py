@@ -224,7 +224,7 @@ def kinds_for(angle: float) -> list[FilterKind]:
     kinds = [_means(angle, 1), _means(angle, 2), _hann(angle), _polynomials(angle, 2), _polynomials(angle, 4)]
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4)]
-    kinds += [_bessel(angle, order) for order in (2, 4)]
+    kinds += [_bessel(angle, 4)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
