@@ -64,12 +64,6 @@ class LoopSettings:
     travel_bins: int = _setting(
         10, "number", "parts of the range of velocity, position and amplitude that are compared", "judgement"
     )
-    friction_band: float = _setting(
-        0.5,
-        "over the motion's frequency",
-        "half width of the band in which innovations have to be white",
-        "friction acts at the motion's frequency and its odd harmonics alone",
-    )
 
     # verdict
     credible_mass: float = _setting(0.95, "probability", "that the sets of a verdict hold", "interface")

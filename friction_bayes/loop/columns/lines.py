@@ -233,7 +233,8 @@ def _of_motion(frequency: ArrayLike, decay_time: float, segment: Segment) -> Mas
     line, motion = np.asarray(frequency, dtype=np.float64), segment.decay.frequency / (2.0 * math.pi)
     # a line that dies out is so wide at half its power
     width = 1.0 / (math.pi * decay_time)
-    least = max(settings.SETTINGS.line_repeats / segment.duration, 1.0 / decay_time)
+    # apart from its own negative frequency
+    least = max(0.5 * _APART / segment.duration, 1.0 / decay_time)
     band = max(settings.SETTINGS.harmonic_band * motion, width)
     off = np.abs(line - np.rint(line / motion) * motion) >= band
     return np.asarray(~off | (line < least))

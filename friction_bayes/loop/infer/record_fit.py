@@ -231,8 +231,8 @@ def fit_random_force(
     ForceFit or None
         None where the record has too few turning points.
     """
-    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system))
-    return _fit_of(settle(whole, allowed, noise), allowed)
+    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), noise=noise)
+    return _fit_of(settle(whole))
 
 
 def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> ForceFit | None:
@@ -254,23 +254,23 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
         None where these have too few turning points.
     """
     filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else fit.noise
-    whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, samples)
+    whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, noise=noise, samples=samples)
     if filter_ is not None:
         whole = whole.behind(filter_)
-    return _fit_of(settle(whole, allowed, noise, filters=False), allowed)
+    return _fit_of(settle(whole, filters=False))
 
 
-def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
+def _fit_of(last: Round | None) -> ForceFit | None:
     """The analysis at the end of the rounds of a law, sensor noise other than white included."""
     if last is None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found
     while True:
-        regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers, allowed)
+        regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers)
         best = replace(found, regression=regression)
         better = better_but_impossible(best, posterior)
         if not better.any():
-            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise, last.noise)
+            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise)
         found = found.without(better)
 
 
@@ -289,7 +289,6 @@ def force_fit(
     posterior: Posterior,
     coefficients: Array,
     sensor_noise: NoiseKinds,
-    noise: str,
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
@@ -309,6 +308,6 @@ def force_fit(
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
         error=record.error,
-        noise=noise,
+        noise=record.noise,
         impossible=impossible(found, posterior),
     )
