@@ -106,7 +106,7 @@ class LoopSettings:
         0.15, "share", "of the moving time that is kept after the stop", "shows the sensor's zero"
     )
     spike: float = _setting(
-        6.0, "sd", "from the neighbours' median of samples ignored when a record is cut", "judgement"
+        6.0, "sd", "from the neighbours' median of samples that keep a record from being averaged", "judgement"
     )
 
     # priors
