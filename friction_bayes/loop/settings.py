@@ -32,7 +32,7 @@ class LoopSettings:
     noise_alarm_rate: float = _setting(
         1e-4,
         "probability",
-        "that white noise passes for coloured, a line or spikes, or outliers for uneven, by chance",
+        "that white noise passes for a line, or outliers for uneven, by chance",
         "a hundredth of the rate of the tests: each changes the noise model of the whole record",
     )
     far: float = _setting(
@@ -106,7 +106,7 @@ class LoopSettings:
         0.15, "share", "of the moving time that is kept after the stop", "shows the sensor's zero"
     )
     spike: float = _setting(
-        6.0, "sd", "from the neighbours' median of samples that keep a record from being averaged", "judgement"
+        6.0, "sd", "from the neighbours' median of samples by which a record is not averaged", "judgement"
     )
 
     # priors
@@ -154,15 +154,6 @@ class LoopSettings:
     )
 
     # noise, lines and knocks
-    quiet_harmonic: float = _setting(
-        8.0,
-        "the motion's frequency",
-        "above which a decay has next to no power; half of it where samples are few",
-        "odd harmonics fall fast",
-    )
-    colour_ratio: float = _setting(
-        2.0, "factor", "between the powers of two bands of coloured noise", "judgement"
-    )
     line_repeats: float = _setting(
         2.0, "number", "of periods, or decay times, of a line within the record", "with fewer it is a drift"
     )
