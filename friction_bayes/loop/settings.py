@@ -76,12 +76,6 @@ class LoopSettings:
     )
     fitted_share: float = _setting(0.7, "share", "of a record from which the rest is forecast", "convention")
     same_friction: float = _setting(0.01, "share", "within which frictions are the same", "judgement")
-    unlike: float = _setting(
-        3.0,
-        "factor",
-        "between two interval widths, from which on the paper's is said to be wider",
-        "judgement",
-    )
 
     # which candidates are evaluated
     most_at_once: int = _setting(
