@@ -38,7 +38,7 @@ class LoopSettings:
     far: float = _setting(
         4.0,
         "sd",
-        "distance from which on a sample lies far out, is clipped for a spectrum, or cannot be noise",
+        "distance from which on a sample lies far out, or cannot be noise",
         "normal noise has 6 of 100,000 samples there",
     )
     unseen: float = _setting(
@@ -51,8 +51,8 @@ class LoopSettings:
     minor_share: float = _setting(
         0.1,
         "share",
-        "of the work of dry friction that may drive the motion, of a sum of squares in one sample, of a "
-        "force that a law must leave for a test of it",
+        "of the work of dry friction that may drive the motion, of a sum of squares in one sample or in "
+        "outliers, of a force that a law must leave for a test of it",
         "judgement",
     )
     bins: int = _setting(
@@ -98,9 +98,6 @@ class LoopSettings:
     )
     rest_kept: float = _setting(
         0.15, "share", "of the moving time that is kept after the stop", "shows the sensor's zero"
-    )
-    spike: float = _setting(
-        6.0, "sd", "from the neighbours' median of samples by which a record is not averaged", "judgement"
     )
 
     # priors
@@ -148,9 +145,6 @@ class LoopSettings:
     )
 
     # noise, lines and knocks
-    line_repeats: float = _setting(
-        2.0, "number", "of periods, or decay times, of a line within the record", "with fewer it is a drift"
-    )
     harmonic_band: float = _setting(
         0.05, "the motion's frequency", "from its harmonics, in which its own changes make lines", "judgement"
     )

@@ -221,7 +221,7 @@ def _found(spectra: Sequence[_Spectrum], segment: Segment, known: Sequence[Line]
         for spectrum in spectra:
             spectrum.strike_out(at)
             spectrum.strike_out(line)
-        dies_out = settings.SETTINGS.line_repeats * line.decay_time < segment.duration
+        dies_out = line.decay_time < segment.duration
         # its ordinate may lie just outside of the motion's band
         if (line.steady or dies_out) and not _of_motion(line.frequency, line.decay_time, segment):
             found.append(line)

@@ -220,18 +220,22 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     )
 
 
-def _spikes(values: Array, angle: float) -> Mask:
-    """Samples that lie far from the median of their neighbours, shape (n,).
+def _outliers_matter(values: Array, angle: float) -> bool:
+    """Whether a good part of the noise is that of a few samples, which means of blocks would spread.
 
-    The motion, with ``angle`` from sample to sample, deviates from it at its turning points by itself.
+    They show by their distance from the median of their neighbours, from which the motion, with ``angle``
+    from sample to sample, deviates at its turning points by itself.
     """
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)
     spread = 1.4826 * float(np.median(away))
+    if spread <= ROUNDING * np.ptp(values):
+        # most samples equal their neighbours: the rest are steps of a digitiser
+        return False
     swing = 0.5 * float(np.ptp(smooth))
     turns = swing * (1.0 - math.cos(min(angle * (_NEIGHBOURS // 2), math.pi)))
-    # where most samples equal their neighbours but for rounding, the rest are steps of a digitiser
-    return (away > settings.SETTINGS.spike * spread + turns) & (spread > ROUNDING * np.ptp(values))
+    outliers = away[away > settings.SETTINGS.far * spread + turns]
+    return float(outliers @ outliers) > settings.SETTINGS.minor_share * float(away @ away)
 
 
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
@@ -246,8 +250,7 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     # less than a period is refused as such, not for having too few means of blocks
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1
-    spikes = _spikes(values, 2.0 * math.pi / samples)
-    if np.count_nonzero(spikes) > settings.SETTINGS.noise_alarm_rate * values.size:
+    if _outliers_matter(values, 2.0 * math.pi / samples):
         return record, 1
     means = block_means(values, block)
     stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}
