@@ -32,13 +32,13 @@ class LoopSettings:
     noise_alarm_rate: float = _setting(
         1e-4,
         "probability",
-        "that white noise passes for a line, or outliers for uneven, by chance",
+        "that white noise passes for coloured or a line, or outliers for uneven, by chance",
         "a hundredth of the rate of the tests: each changes the noise model of the whole record",
     )
     far: float = _setting(
         4.0,
         "sd",
-        "distance from which on a sample lies far out, or cannot be noise",
+        "distance from which on a sample lies far out, is clipped for a spectrum, or cannot be noise",
         "normal noise has 6 of 100,000 samples there",
     )
     unseen: float = _setting(
@@ -145,6 +145,15 @@ class LoopSettings:
     )
 
     # noise, lines and knocks
+    quiet_harmonic: float = _setting(
+        8.0,
+        "the motion's frequency",
+        "above which a decay has next to no power; half of it where samples are few",
+        "odd harmonics fall fast",
+    )
+    colour_ratio: float = _setting(
+        2.0, "factor", "between the powers of two bands of coloured noise", "judgement"
+    )
     harmonic_band: float = _setting(
         0.05, "the motion's frequency", "from its harmonics, in which its own changes make lines", "judgement"
     )

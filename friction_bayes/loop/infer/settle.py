@@ -2,10 +2,10 @@
 
 A law converges without a random force first, and from the motion of Coulomb friction where the smoothed one
 does not lead to white residuals; where these are not white, or a force is more probable, it converges with a
-force too, and the larger evidence decides. Alternatives to both are coloured noise and a filter that the
-record went through, behind which the noise has a colour too. Under the most probable one the law converges
-once more, the noise nowhere below its level near the motion's frequency. At last the force is searched for
-knocks.
+force too, and the larger evidence decides. Alternatives to both are coloured noise, where the spectrum shows
+it, and a filter that the record went through, behind which the noise has a colour too. Under the most
+probable one the law converges once more, the noise nowhere below its level near the motion's frequency. At
+last the force is searched for knocks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
+from friction_bayes.loop.noise.colour import is_coloured
 
 __all__ = ["settle"]
 
@@ -94,8 +95,12 @@ def _with_knocks(latest: Round | None) -> Round | None:
 
 
 def _coloured(still: Round) -> Round | None:
-    """The law under coloured noise; None where its residual is white, or no more than rounding."""
-    return _settled(still.in_its_colour()) if still.may_be_coloured else None
+    """The law under coloured noise; None where the spectrum shows none, and none is requested."""
+    decay = still.whole.segment.decay
+    shows = still.whole.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
+    if not (shows and still.may_be_coloured):
+        return None
+    return _settled(still.in_its_colour())
 
 
 def _behind_filter(still: Round, coulomb: CoulombStart | None) -> Round | None:

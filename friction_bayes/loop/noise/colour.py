@@ -1,9 +1,10 @@
-"""Coloured noise of the sensor in place of white noise and of a random force.
+"""Coloured noise of the sensor in place of white noise and of a random force, where the spectrum shows it.
 
-Filters of the acquisition, differences of positions and interpolation colour the noise. Where the residual of
-a law without a random force is not white, an autoregression of it
-(:mod:`friction_bayes.statespace.coloured_noise`) is an alternative to white noise with or without such a
-force, penalised for its coefficients.
+Filters of the acquisition, differences of positions and interpolation colour the noise. Above the eighth
+harmonic of the motion a free decay has almost no power, whatever the force law: where the spectrum of a
+residual is flat there, the noise is white and everything else in it is misfit. Where it is not, an
+autoregression of it (:mod:`friction_bayes.statespace.coloured_noise`) is an alternative to white noise with
+or without a random force, penalised for its coefficients.
 
 Where it is more probable, the law is found under noise of the sensor's level near the motion's frequency,
 and of that colour where it is stronger (:mod:`friction_bayes.estimators.noise.noise_level`): a filter removes
@@ -16,16 +17,20 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
+from friction_bayes.loop import settings
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.kalman import Clock
 
-__all__ = ["Colour", "colour_near_motion", "colour_of"]
+__all__ = ["Colour", "colour_near_motion", "colour_of", "is_coloured"]
 
 _GRID = 1025
 """Frequencies of a spectrum whose transform is the correlation of the noise."""
+_HANN_SPREAD = 1.5
+"""Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,3 +98,35 @@ def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -
     """
     noise = sensor_noise(residual, phase, fitted, noise_floor(residual, phase, order, fitted), even=True)
     return Colour(noise.colour, noise.coloured_floor)
+
+
+def is_coloured(residual: Array, step: float, frequency: float) -> bool:
+    """Whether the spectrum above the motion's harmonics is not flat.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+    step : float
+        Sampling interval [s].
+    frequency : float
+        Of the motion [rad/s].
+    """
+    n = residual.size
+    limit = float(settings.SETTINGS.far * 1.4826 * np.median(np.abs(residual - np.median(residual))))
+    tame = np.clip(residual - residual.mean(), -limit, limit)
+    power = np.abs(np.fft.rfft(tame * np.hanning(n)))[1:-1] ** 2
+    lowest = frequency * step * n / (2.0 * math.pi)
+    first = int(settings.SETTINGS.quiet_harmonic * lowest)
+    if power.size - first < 20 * settings.SETTINGS.bins:
+        # sampled too coarsely to look above all of its harmonics: above half of them instead
+        first = int(0.5 * settings.SETTINGS.quiet_harmonic * lowest)
+    bands = np.array_split(power[first:], settings.SETTINGS.bins)
+    size = min(band.size for band in bands)
+    if size < 10:
+        return False
+    # medians, so that a line of interference does not count as colour
+    level = np.log([np.median(band) for band in bands])
+    variance = _HANN_SPREAD / (size * math.log(2.0) ** 2)
+    statistic = float(np.sum((level - level.mean()) ** 2)) / variance
+    flat = stats.chi2.sf(statistic, settings.SETTINGS.bins - 1) > settings.SETTINGS.noise_alarm_rate
+    return not flat and float(level.max() - level.min()) > math.log(settings.SETTINGS.colour_ratio)

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 import friction_bayes as fb
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.loop.noise.colour import colour_of
+from friction_bayes.loop.noise.colour import colour_of, is_coloured
 from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities
 from friction_bayes.mechanics.effects import Scales
 
@@ -77,11 +77,24 @@ def test_weights_and_pseudo_residuals_are_those_of_the_censored_likelihood(
     assert slope == pytest.approx(expected, rel=0.05, abs=0.02 * float(np.sqrt(fit.weight @ column**2)))
 
 
+def test_white_noise_is_called_white_at_its_false_alarm_rate(rng: np.random.Generator) -> None:
+    """Level 1e-4: more than one alarm in 200 has a probability of 2e-4."""
+    alarms = sum(is_coloured(rng.standard_normal(N), 1.0, 2.0 * math.pi / PERIOD) for _ in range(200))
+    assert alarms <= 1
+
+
+def test_what_is_locked_to_the_motion_is_no_colour(rng: np.random.Generator) -> None:
+    angle = 2.0 * math.pi * np.arange(N) / PERIOD
+    misfit = sum(np.cos(k * angle) for k in range(1, 6))
+    assert not is_coloured(rng.standard_normal(N) + misfit, 1.0, 2.0 * math.pi / PERIOD)
+
+
 @pytest.mark.parametrize("coefficients", [(0.7,), (1.2, -0.5)])
 def test_colour_is_found_with_its_order_and_length(
     coefficients: tuple[float, ...], rng: np.random.Generator
 ) -> None:
     x = coloured(rng, *coefficients)
+    assert is_coloured(x, 1.0, 2.0 * math.pi / PERIOD)
     colour = colour_of(x, 0)
     assert colour is not None
     assert colour.autoregression is not None
