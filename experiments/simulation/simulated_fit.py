@@ -39,7 +39,7 @@ def simulated_fit(
         raise RuntimeError("no fit of the Coulomb model")
     model = plain.with_effects([name for name in names if changes_signal(name)])
     more = model.coordinates[base.z.size :]
-    sizes = [c.coordinate(planted.get(c.label, float(c.value(c.start)))) for c in more]
+    sizes = [c.coordinate(planted.get(f"{c.effect}.{c.name}", float(c.value(c.start)))) for c in more]
     turns = (0.0, 0.25, 0.5, 0.75) if any(c.circular for c in more) else (0.0,)
     starts = [[c.start for c in more]]
     starts += [[turn if c.circular else z for c, z in zip(more, sizes, strict=True)] for turn in turns]

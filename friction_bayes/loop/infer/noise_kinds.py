@@ -80,13 +80,11 @@ class NoiseKinds:
         """Logarithm of the sum of all odds."""
         return float(logsumexp([h.log_odds for h in self.kinds]))
 
-    @property
-    def probabilities(self) -> dict[frozenset[str], float]:
-        """Probability of each kind of noise by its effects."""
-        return self.probabilities_in_one_of(1)
+    def probabilities(self, records: int = 1) -> dict[frozenset[str], float]:
+        """Probability of each kind of noise by its effects, in one of some records.
 
-    def probabilities_in_one_of(self, records: int) -> dict[frozenset[str], float]:
-        """The same in one of several records: that any of them has an effect is as probable as any effect."""
+        That any of these has an effect is as probable as any effect.
+        """
         prior = math.log(math.expm1(-math.log1p(-inclusion()) / records))
         log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.kinds]
         total = logsumexp(log_odds)

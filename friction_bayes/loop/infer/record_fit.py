@@ -127,11 +127,6 @@ class ForceFit:
         return self.posterior.best.chosen
 
     @property
-    def rubs(self) -> Mask:
-        """Which sets have dry friction, shape (m,)."""
-        return np.asarray(self.sets.columns[:, self.law.frictions].any(axis=1))
-
-    @property
     def residual(self) -> Array:
         """Signal minus law, natural units, shape (n,)."""
         return self.regression.residual(self.coefficients)
