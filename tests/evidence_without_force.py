@@ -21,10 +21,10 @@ __all__ = ["log_evidence_without_force"]
 def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset[str]) -> float:
     """Log evidence of a set of effects alone, by the regression in the conventions of a fit.
 
-    With dry friction, which a fit always has, with outliers where these are most probable, and noise that does
-    not grow. The fit takes
-    the noise at its best instead of integrating it, has its prior of the frequency about the declared one,
-    and has the samples at rest too, which carry no information on the law: they change both alike.
+    With dry friction, which a fit always has, with outliers where these are most probable, and with noise
+    that does not grow. The fit takes the noise at its best instead of integrating it, has its prior of the
+    frequency about the declared one, and has the samples at rest too, which carry no information on the
+    law: they change both alike.
     """
     rubs = fit.sets.columns[:, fit.law.frictions].any(axis=1)
     mine = rubs & np.array([names == effects for names in fit.sets.effects])

@@ -151,9 +151,6 @@ class LoopSettings:
         "above which a decay has next to no power; half of it where samples are few",
         "odd harmonics fall fast",
     )
-    colour_ratio: float = _setting(
-        2.0, "factor", "between the powers of two bands of coloured noise", "judgement"
-    )
     harmonic_band: float = _setting(
         0.05, "the motion's frequency", "from its harmonics, in which its own changes make lines", "judgement"
     )

@@ -31,6 +31,7 @@ from friction_bayes.mechanics.effects import (
     Scales,
     SensorEffect,
     force_vector,
+    in_catalogue_order,
 )
 from friction_bayes.mechanics.integrate import propagator
 
@@ -199,7 +200,7 @@ class LoopModel:
 
     def with_effects(self, names: Sequence[str]) -> LoopModel:
         """The same records with other effects, in the catalogue's order."""
-        return LoopModel(self.system, self.segments, tuple(name for name in EFFECTS if name in names))
+        return LoopModel(self.system, self.segments, in_catalogue_order(names))
 
     def of_first_samples(self, samples: Sequence[int]) -> LoopModel:
         """The same model, priors included, of the first samples of each record."""

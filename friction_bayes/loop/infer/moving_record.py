@@ -23,7 +23,14 @@ from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
-from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    Effect,
+    ForceEffect,
+    Scales,
+    SensorEffect,
+    in_catalogue_order,
+)
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.pendulum import frequency_ratio
@@ -171,7 +178,7 @@ class MovingRecord:
         """Leave out the last half cycle of a motion that stops."""
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)
-        names = tuple(name for name in EFFECTS if name in allowed)
+        names = in_catalogue_order(allowed)
         return cls(segment, n, system, names, scales, variance, noise, RANDOM_FORCE.name in allowed)
 
     @cached_property
