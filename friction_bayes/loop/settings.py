@@ -160,7 +160,7 @@ class LoopSettings:
         8.0,
         "the motion's frequency",
         "above which a decay has next to no power; half of it where samples are few",
-        "odd harmonics fall fast; from the first on, colour takes the place of the law of one measured record",
+        "odd harmonics fall fast; with any colour the noise takes up the law of one measured record",
     )
     harmonic_band: float = _setting(
         0.05, "the motion's frequency", "from its harmonics, in which its own changes make lines", "judgement"
