@@ -141,7 +141,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     for effect in (EFFECTS[name] for name in names):
         if isinstance(effect, ForceEffect) and effect.later is not None:
             own = [(effect.name, parameter.name) for parameter in effect.parameters]
-            share = (time[0] - fit.segment.time[0]) / fit.duration
+            share = (time[0] - fit.segment.time[0]) / fit.segment.duration
             level, later = effect.later(tuple(values[key] for key in own), share)
             values |= dict(zip(own, later, strict=True))
             if effect.resists:

@@ -17,8 +17,6 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.columns.column_sets import ColumnSets
-from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
@@ -34,18 +32,15 @@ from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.statespace.force_grid import Posterior
-from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, shown
-from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_few_turning_points"]
 
 
 @dataclass(frozen=True, eq=False)
-class ForceFit:
-    """Result of the analysis of one record.
+class ForceFit(LawAlongMotion):
+    """Result of the analysis of one record: a law along its motion, with its posterior and its noise.
 
     Attributes
     ----------
@@ -56,17 +51,6 @@ class ForceFit:
     system : Oscillator
     scales : Scales
         Of the priors.
-    duration : float
-        To which friction drift refers [s].
-    w0 : float
-        Frequency of the natural units [rad/s].
-    path : MeasuredPath
-    law : LawColumns
-    sets : ColumnSets
-    regression : LawRegression
-        The record on these columns.
-    prior : ForcePrior
-        Of the random force.
     posterior : Posterior
     coefficients : ndarray, shape (p,)
         Of the best set at the best point.
@@ -86,13 +70,6 @@ class ForceFit:
     samples: int
     system: Oscillator
     scales: Scales
-    duration: float
-    w0: float
-    path: MeasuredPath
-    law: LawColumns
-    sets: ColumnSets
-    regression: LawRegression
-    prior: ForcePrior
     posterior: Posterior
     coefficients: Array
     motion: SmoothedMotion
@@ -291,7 +268,6 @@ def force_fit(
         samples=record.samples,
         system=record.system,
         scales=record.scales,
-        duration=record.segment.duration,
         w0=found.w0,
         path=found.path,
         law=found.law,
