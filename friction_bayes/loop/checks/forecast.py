@@ -13,7 +13,7 @@ from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
-from friction_bayes.loop.data.model import LoopModel, changes_signal
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
@@ -149,7 +149,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
                 friction *= max(level, 0.0)
             else:
                 stiffness *= level
-    model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
+    model = LoopModel(fit.system, (fit.segment,)).with_effects(names)
     ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
     ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
