@@ -21,11 +21,13 @@ __all__ = ["log_evidence_without_force"]
 def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset[str]) -> float:
     """Log evidence of a set of effects alone, by the regression in the conventions of a fit.
 
-    With dry friction, which a fit always has, and with outliers where these are most probable. The fit takes
-    the noise at its best instead of integrating it, has its prior of the frequency about the declared one,
-    and has the samples at rest too, which carry no information on the law: they change both alike.
+    With dry friction, which a fit always has, with outliers where these are most probable, and with noise
+    that does not grow. The fit takes the noise at its best instead of integrating it, has its prior of the
+    frequency about the declared one, and has the samples at rest too, which carry no information on the
+    law: they change both alike.
     """
-    mine = fit.rubs & np.array([names == effects for names in fit.sets.effects])
+    rubs = fit.sets.columns[:, fit.law.frictions].any(axis=1)
+    mine = rubs & np.array([names == effects for names in fit.sets.effects])
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
     if not np.all(np.isfinite(alone.coefficients)):
         # next to other sets without a force it cannot matter, so that its law was not looked at
@@ -45,6 +47,4 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     used = np.isfinite(fit.clock.variance)
     left = LeftOut.under(fit.segment, fit.scales, fit.regression, fit.w0, alone.coefficients, point)
     value += left.log_factor(used, outliers=noise.contaminated)
-    if noise.growth is not None and noise.growth.found:
-        value += noise.growth.log_scale
     return float(weight - prior) + value

@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.simulation.fit import LoopFit, fit_model, settle
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.data.model import LoopModel, changes_signal
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import coulomb_mode
 from friction_bayes.loop.noise.likelihood import NoiseModel
@@ -37,9 +37,9 @@ def simulated_fit(
     base = coulomb_mode(plain)
     if base is None:
         raise RuntimeError("no fit of the Coulomb model")
-    model = plain.with_effects([name for name in names if changes_signal(name)])
+    model = plain.with_effects(names)
     more = model.coordinates[base.z.size :]
-    sizes = [c.coordinate(planted.get(c.label, float(c.value(c.start)))) for c in more]
+    sizes = [c.coordinate(planted.get(f"{c.effect}.{c.name}", float(c.value(c.start)))) for c in more]
     turns = (0.0, 0.25, 0.5, 0.75) if any(c.circular for c in more) else (0.0,)
     starts = [[c.start for c in more]]
     starts += [[turn if c.circular else z for c, z in zip(more, sizes, strict=True)] for turn in turns]

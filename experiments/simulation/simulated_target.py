@@ -99,7 +99,7 @@ class _SampledModel:
 
 
 def _name(c: Coordinate) -> str:
-    name = c.label if c.effect else f"z_{c.name}"
+    name = f"{c.effect}.{c.name}" if c.effect else f"z_{c.name}"
     return name if c.record == SHARED else f"{name}[{c.record}]"
 
 

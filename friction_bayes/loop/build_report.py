@@ -21,7 +21,6 @@ from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
-from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import (
     Distribution,
     friction_scale,
@@ -40,6 +39,7 @@ from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     credible_count,
 )
+from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["build_report"]
@@ -69,15 +69,15 @@ def build_report(
         Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
     """
     judged = judge(candidates, rng, options.tolerance)
-    mixture, best, before = judged.mixture, candidates, candidates.before
+    mixture, before = judged.mixture, candidates.before
     model = before.model
     segment, unit, traces = model.segments[0], friction_scale(model)[1], judged.traces
     effects = in_catalogue_order(mixture.sets[0])
-    residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": best.tests.to_dict()}
-    fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
+    residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": candidates.tests.to_dict()}
+    fitted = _fitted(candidates, traces[0], model, float(mixture.draws.frequency.mean()))
     reference, sampled = _reference_check(judged, effects, options)
     if reference_force is not None:
-        residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
+        residual["force"], forces = compare_forces(before, candidates.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
     return LoopReport(
         verdict=judged.word,
@@ -86,8 +86,8 @@ def build_report(
             {
                 "name": name,
                 "probability": mixture.probability(name),
-                "parameters": best.parameters(name),
-                "lines": best.lines(name),
+                "parameters": candidates.parameters(name),
+                "lines": candidates.lines(name),
             }
             for name in effects
         ],
@@ -103,8 +103,8 @@ def build_report(
         dry_friction=judged.dry,
         held_out_error=judged.held_out,
         residual=residual,
-        noise=best.noise(),
-        paper_procedure=paper_procedure(*best.simulated(), judged.friction, effects),
+        noise=candidates.noise(),
+        paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
         frequency=_frequency(mixture.draws.frequency, model, mixture.draws.friction),
         random_force=_random_force(mixture, friction_scale(model)[0], unit),
         witnesses=judged.witnesses,
@@ -117,8 +117,8 @@ def build_report(
         trail=list(candidates.trail),
         traces=with_forecasts(traces, *judged.forecasts),
         posterior=_posterior(mixture, judged.friction, options.seed, sampled, rng),
-        friction_between_records=best.between_records(),
-        notes=(*(note for each in model.segments for note in each.notes), *best.notes),
+        friction_between_records=candidates.between_records(),
+        notes=(*(note for each in model.segments for note in each.notes), *candidates.notes),
     )
 
 
@@ -202,7 +202,7 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
     }
 
 
-def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
+def _fitted(candidates: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
     """The part of the first record that was fitted.
 
     Raises
@@ -211,7 +211,7 @@ def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: f
         If the most probable law moves for less than three half cycles of it.
     """
     segment = model.segments[0]
-    samples, turning_points, set_aside = best.fitted
+    samples, turning_points, set_aside = candidates.fitted
     start, end = segment.decay.start_time, segment.decay.start_time + float(segment.time[samples - 1])
     # a law that moves on turns again within a half cycle
     moves_until = min(end, float(trace.turning_times.max(initial=start)) + math.pi / frequency)

@@ -27,7 +27,7 @@ from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture, mixture_of
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.friction_range import Reading, friction_range
+from friction_bayes.loop.report.friction_range import friction_range
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
@@ -97,40 +97,42 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     """
     rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
     mixture = mixture_of(candidates, rng_mixture)
-    best, before, frequency = candidates, candidates.before, mixture.draws.frequency
+    before, frequency = candidates.before, mixture.draws.frequency
     model = before.model
-    left, traces = best.left(), best.traces()
+    left, traces = candidates.left(), candidates.traces()
     loss = _loss(traces[0], mixture, model)
     dry = dry_friction(reported_friction(mixture.draws.friction, frequency, model, rng_dry), loss, tolerance)
     factor, unit = friction_scale(model)
     shift = factor * left["friction_could_shift_by"]
-    forecasts = forecast_records(before), best.forecasts()
-    held_out = held_out_error(*forecasts, best.noise_floor(), model.segments[0].decay.unit)
-    witnesses = best.witnesses()
+    forecasts = forecast_records(before), candidates.forecasts()
+    held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
+    witnesses = candidates.witnesses()
     after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
     against = Consequences(
-        is_noise=best.explains,
+        is_noise=candidates.explains,
         shift=shift,
         loss=loss,
         held_out=held_out,
-        least_noise=best.least_noise,
+        least_noise=candidates.least_noise,
         friction=after.to_dict()["interval90"],
         witnesses=witnesses,
-        contradicted=best.contradicted,
+        contradicted=candidates.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
     sensitivity = prior_sensitivity(mixture.draws, mixture.sets, len(candidates.evaluated))
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
-    alone = Reading("Coulomb friction alone", before.friction(rng_before, DRAWS))
-    readings = [alone, candidates.reading] if word == UNEXPLAINED else []
+    alone, readings = before.friction(rng_before, DRAWS), None
+    if word == UNEXPLAINED:
+        by_all = candidates.by_all_sets
+        readings = {"Coulomb friction alone": alone, "the sets evaluated along the measured motion": by_all}
     return Judgement(
         word=word,
         against=against,
         mixture=mixture,
         friction=after,
-        friction_before=reported_friction(alone.friction, frequency, model, rng_before),
+        friction_before=reported_friction(alone, frequency, model, rng_before),
         friction_range=friction_range(readings, factor, unit) if readings else None,
         dry=dry,
         witnesses=witnesses,

@@ -56,5 +56,5 @@ def test_no_outliers_are_invented(rng: np.random.Generator) -> None:
     # none of 80 such records had a probability above a thousandth; invented in one of five, they show in
     # 96 % of runs
     records = fits(rng, 14, force=0.2, noise=1.4e-4)
-    odds = [fit.sensor_noise.probabilities.get(frozenset({"outliers"}), 0.0) for fit in records]
+    odds = [fit.sensor_noise.probabilities().get(frozenset({"outliers"}), 0.0) for fit in records]
     assert np.all(np.array(odds) < 0.5)

@@ -9,6 +9,7 @@ one above 0.9, with a median of 1.00.
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import expit
 
 from unsteady_decays import RELEASE, fitted, jittered_record
 
@@ -25,7 +26,7 @@ def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.nda
         fit = fitted(record, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset"))
         assert fit.growth is not None
         named = jitter == 0.0 or fit.growth.effect.name == "timing_jitter"
-        found.append(fit.growth.probability if named else 0.0)
+        found.append(float(expit(fit.growth.log_odds)) if named else 0.0)
     return np.array(found)
 
 

@@ -128,13 +128,14 @@ def what_is_left(fit: ForceFit) -> LeftOver:
 
 
 def _near_motion(fit: ForceFit, innovations: Array) -> float:
-    """Least standard deviation of the innovations in a band about the motion's frequency, over the model's.
+    """Least standard deviation of the innovations about the motion's frequency, over the model's.
 
-    The sum of the ordinates of a periodogram, over half their mean, is a chi-square of two degrees for each.
+    Over the ordinates of the spectrum whose nearest harmonic it is: friction acts at odd ones alone. The sum
+    of the ordinates of a periodogram, over half their mean, is a chi-square of two degrees for each.
     """
     power = np.abs(np.fft.rfft(innovations - innovations.mean())) ** 2 / innovations.size
     order = np.fft.rfftfreq(innovations.size, fit.segment.decay.step) * 2.0 * math.pi / fit.w0
-    inside = np.abs(order - 1.0) <= settings.SETTINGS.friction_band
+    inside = np.rint(order) == 1.0
     degrees = 2 * int(np.count_nonzero(inside))
     if degrees == 0:
         return 1.0

@@ -13,7 +13,7 @@ from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
-from friction_bayes.loop.data.model import LoopModel, changes_signal
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
@@ -141,7 +141,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     for effect in (EFFECTS[name] for name in names):
         if isinstance(effect, ForceEffect) and effect.later is not None:
             own = [(effect.name, parameter.name) for parameter in effect.parameters]
-            share = (time[0] - fit.segment.time[0]) / fit.duration
+            share = (time[0] - fit.segment.time[0]) / fit.segment.duration
             level, later = effect.later(tuple(values[key] for key in own), share)
             values |= dict(zip(own, later, strict=True))
             if effect.resists:
@@ -149,7 +149,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
                 friction *= max(level, 0.0)
             else:
                 stiffness *= level
-    model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
+    model = LoopModel(fit.system, (fit.segment,)).with_effects(names)
     ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
     ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}

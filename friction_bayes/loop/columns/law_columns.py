@@ -32,14 +32,17 @@ from friction_bayes.loop.columns.effect_columns import (
 )
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
-from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback, response_at_sensor
 
-__all__ = ["Circumstances", "LawColumns", "law_columns"]
+__all__ = ["SENSOR_ZERO", "Circumstances", "LawColumns", "law_columns"]
 
+SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
+"""An error of the sensor's zero is combined with every set: nearly every measured record has one."""
 _OF_START = 2
 """Columns before those of the forces."""
 

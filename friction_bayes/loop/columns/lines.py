@@ -221,7 +221,7 @@ def _found(spectra: Sequence[_Spectrum], segment: Segment, known: Sequence[Line]
         for spectrum in spectra:
             spectrum.strike_out(at)
             spectrum.strike_out(line)
-        dies_out = settings.SETTINGS.line_repeats * line.decay_time < segment.duration
+        dies_out = line.decay_time < segment.duration
         # its ordinate may lie just outside of the motion's band
         if (line.steady or dies_out) and not _of_motion(line.frequency, line.decay_time, segment):
             found.append(line)
@@ -233,7 +233,8 @@ def _of_motion(frequency: ArrayLike, decay_time: float, segment: Segment) -> Mas
     line, motion = np.asarray(frequency, dtype=np.float64), segment.decay.frequency / (2.0 * math.pi)
     # a line that dies out is so wide at half its power
     width = 1.0 / (math.pi * decay_time)
-    least = max(settings.SETTINGS.line_repeats / segment.duration, 1.0 / decay_time)
+    # apart from its own negative frequency
+    least = max(0.5 * _APART / segment.duration, 1.0 / decay_time)
     band = max(settings.SETTINGS.harmonic_band * motion, width)
     off = np.abs(line - np.rint(line / motion) * motion) >= band
     return np.asarray(~off | (line < least))

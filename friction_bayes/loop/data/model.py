@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -31,10 +31,11 @@ from friction_bayes.mechanics.effects import (
     Scales,
     SensorEffect,
     force_vector,
+    in_catalogue_order,
 )
 from friction_bayes.mechanics.integrate import propagator
 
-__all__ = ["LoopModel", "Prediction", "RecordParameters", "changes_signal", "sensor_output"]
+__all__ = ["LoopModel", "Prediction", "RecordParameters", "sensor_output"]
 
 _RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
@@ -92,7 +93,7 @@ class RecordParameters(NamedTuple):
     effects: dict[str, tuple[float, ...]]
 
 
-def changes_signal(name: str) -> bool:
+def _changes_signal(name: str) -> bool:
     """Whether an effect changes the predicted signal: not if random, or acting after the noise."""
     effect = EFFECTS[name]
     return not (
@@ -197,9 +198,10 @@ class LoopModel:
         order = self.segments[0].order
         return self.system.moving * ratio ** (order - 2), self.system.stiffness * ratio**order
 
-    def with_effects(self, names: Sequence[str]) -> LoopModel:
-        """The same records with other effects, in the catalogue's order."""
-        return LoopModel(self.system, self.segments, tuple(name for name in EFFECTS if name in names))
+    def with_effects(self, names: Collection[str]) -> LoopModel:
+        """The same records with those of some effects that change the signal, in the catalogue's order."""
+        effects = filter(_changes_signal, in_catalogue_order(names))
+        return LoopModel(self.system, self.segments, tuple(effects))
 
     def of_first_samples(self, samples: Sequence[int]) -> LoopModel:
         """The same model, priors included, of the first samples of each record."""

@@ -10,7 +10,7 @@ import xarray as xr
 
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, unknown_name
-from friction_bayes.mechanics.effects import EFFECTS, effect_named
+from friction_bayes.mechanics.effects import EFFECTS, effect_named, in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["NOISES", "RANDOM_FORCES", "TOLERANCE", "LoopOptions"]
@@ -63,4 +63,4 @@ class LoopOptions:
         """Effects that may be tried, in the catalogue's order."""
         wanted = EFFECTS if self.effects is None else self.effects
         without = self.exclude if self.random_force == "auto" else (*self.exclude, RANDOM_FORCE.name)
-        return tuple(name for name in EFFECTS if name in wanted and name not in without)
+        return in_catalogue_order(set(wanted).difference(without))

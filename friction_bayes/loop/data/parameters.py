@@ -81,11 +81,6 @@ class Coordinate:
         return self.effect, self.name, self.record
 
     @property
-    def label(self) -> str:
-        """Name with that of its effect: ``friction``, ``viscous_damping.damping_ratio``."""
-        return f"{self.effect}.{self.name}" if self.effect else self.name
-
-    @property
     def is_state(self) -> bool:
         """Whether it is part of a record's initial state."""
         return not self.effect and self.record != SHARED

@@ -25,7 +25,7 @@ from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 from friction_bayes.records.readings_alone import readings_alone
-from friction_bayes.records.record import validate_record, with_values
+from friction_bayes.records.record import validate_record
 
 __all__ = ["Segment", "cut_records"]
 
@@ -171,17 +171,15 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     recorded = np.asarray(record["time"].values, dtype=np.float64)
     record, block = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
-    smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
-    tame = np.where(spikes, smooth, values)
-    decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
+    decay = find_free_decay(record, system, resolution=resolution)
     if 0 < decay.disturbed < settings.SETTINGS.release_judged - decay.half_cycles:
         whole = max(decay.start_time - decay.disturbed * math.pi / decay.frequency, float(record["time"][0]))
-        decay = find_free_decay(with_values(record, tame), system, start=whole, resolution=resolution)
+        decay = find_free_decay(record, system, start=whole, resolution=resolution)
     clips = clipped_fraction(values)[1] is not None
     before_release = 0 if clips else held_samples(decay)
     if before_release:
         start = decay.start_time + before_release * decay.step
-        decay = find_free_decay(with_values(record, tame), system, start=start, resolution=resolution)
+        decay = find_free_decay(record, system, start=start, resolution=resolution)
     if not clips:
         # noise on top of a flat top leaves no samples at one value, which are all that can be censored
         refuse_saturated(decay)
@@ -222,18 +220,22 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     )
 
 
-def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
-    """The neighbours' median of each sample, and which samples lie far from it.
+def _outliers_matter(values: Array, angle: float) -> bool:
+    """Whether a good part of the noise is that of a few samples, which means of blocks would spread.
 
-    The motion, with ``angle`` from sample to sample, deviates from it at its turning points by itself.
+    They show by their distance from the median of their neighbours, from which the motion, with ``angle``
+    from sample to sample, deviates at its turning points by itself.
     """
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)
     spread = 1.4826 * float(np.median(away))
+    if spread <= ROUNDING * np.ptp(values):
+        # most samples equal their neighbours: the rest are steps of a digitiser
+        return False
     swing = 0.5 * float(np.ptp(smooth))
     turns = swing * (1.0 - math.cos(min(angle * (_NEIGHBOURS // 2), math.pi)))
-    # where most samples equal their neighbours but for rounding, the rest are steps of a digitiser
-    return smooth, (away > settings.SETTINGS.spike * spread + turns) & (spread > ROUNDING * np.ptp(values))
+    outliers = away[away > settings.SETTINGS.far * spread + turns]
+    return float(outliers @ outliers) > settings.SETTINGS.minor_share * float(away @ away)
 
 
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
@@ -248,8 +250,7 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     # less than a period is refused as such, not for having too few means of blocks
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1
-    spikes = _spikes(values, 2.0 * math.pi / samples)[1]
-    if np.count_nonzero(spikes) > settings.SETTINGS.noise_alarm_rate * values.size:
+    if _outliers_matter(values, 2.0 * math.pi / samples):
         return record, 1
     means = block_means(values, block)
     stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}

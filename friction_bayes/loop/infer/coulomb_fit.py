@@ -18,7 +18,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
 from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
 from friction_bayes.loop.data.prediction_derivatives import difference_steps, prediction_derivatives
@@ -249,8 +248,8 @@ def _starting_point(model: LoopModel) -> Array:
     drops = []
     z = np.array([c.start for c in model.coordinates])
 
-    def put(value: float, name: str, record: int = SHARED) -> None:
-        j = model.index(name, record=record)
+    def put(value: float, name: str, record: int = SHARED, effect: str = "") -> None:
+        j = model.index(name, effect=effect, record=record)
         z[j] = model.coordinates[j].coordinate(value)
 
     for r, segment in enumerate(model.segments):
@@ -258,9 +257,8 @@ def _starting_point(model: LoopModel) -> Array:
         drops.append(drop)
         put(displacement, DISPLACEMENT, r)
         put(velocity, VELOCITY, r)
-        for name in SENSOR_ZERO.intersection(model.effects):
-            j = model.index("offset", effect=name, record=r)
-            z[j] = model.coordinates[j].coordinate(segment.decay.rest_position)
+        if SENSOR_OFFSET.name in model.effects:
+            put(segment.decay.rest_position, "offset", r, SENSOR_OFFSET.name)
     put(float(np.median(drops)) * model.system.stiffness, FRICTION)
     put(math.log(decay.frequency / model.system.natural_frequency), LOG_FREQUENCY_RATIO)
     return model.within_bounds(z)

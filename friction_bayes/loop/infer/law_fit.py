@@ -218,7 +218,7 @@ def _records(
     sizes, filters = _shared_sizes(alone), _filters(alone)
     members = []
     for fit, filter_ in zip(alone, filters, strict=True):
-        record = MovingRecord.of(fit.segment, system, allowed, scales, fit.samples)
+        record = MovingRecord.of(fit.segment, system, allowed, scales, noise=fit.noise, samples=fit.samples)
         variance = fit.clock.variance
         if filter_ is None:
             # what jumps is known behind a filter alone
@@ -288,7 +288,7 @@ def _evaluated(
         prior = prior.without_force
     posterior = integrate_force(problem, prior, only_mode=only_mode)
     fits = tuple(
-        force_fit(record, found, *each, one.sensor_noise, one.noise)
+        force_fit(record, found, *each, one.sensor_noise)
         for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)
     )
     return LawFit(

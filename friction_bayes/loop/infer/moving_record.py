@@ -23,7 +23,14 @@ from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
-from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    Effect,
+    ForceEffect,
+    Scales,
+    SensorEffect,
+    in_catalogue_order,
+)
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.pendulum import frequency_ratio
@@ -119,11 +126,14 @@ class MovingRecord:
     samples : int
         How many of its samples are used.
     system : Oscillator
-    effects : tuple of str
+    allowed : tuple of str
+        Effects that may act, of the law and of the noise.
     scales : Scales
         Of the priors.
     variance : ndarray, shape (samples,)
         Noise variances of the samples relative to each other, infinite for those that are not fitted.
+    noise : {"auto", "white", "ar"}
+        Noise of the sensor: white or what it shows, white, or coloured where it can be.
     forced : bool
         Whether a random force may act.
     error : SensorError or Colour
@@ -143,9 +153,10 @@ class MovingRecord:
     segment: Segment
     samples: int
     system: Oscillator
-    effects: tuple[str, ...]
+    allowed: tuple[str, ...]
     scales: Scales
     variance: Array
+    noise: str = "auto"
     forced: bool = True
     error: SensorError | Colour = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
@@ -160,19 +171,25 @@ class MovingRecord:
         system: Oscillator,
         allowed: Sequence[str],
         scales: Scales,
+        *,
+        noise: str = "auto",
         samples: int | None = None,
     ) -> MovingRecord:
-        """Leave out what cannot be evaluated along a motion, and the last half cycle of one that stops."""
-        effects = tuple(
-            name
-            for name in EFFECTS
-            if name in allowed
-            and along_motion(EFFECTS[name], scales)
-            and not why_not_evaluated(name, segment, scales)
-        )
+        """Leave out the last half cycle of a motion that stops."""
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)
-        return cls(segment, n, system, effects, scales, variance, RANDOM_FORCE.name in allowed)
+        names = in_catalogue_order(allowed)
+        return cls(segment, n, system, names, scales, variance, noise, RANDOM_FORCE.name in allowed)
+
+    @cached_property
+    def effects(self) -> tuple[str, ...]:
+        """Those of the law: what can be evaluated along a motion."""
+        return tuple(
+            name
+            for name in self.allowed
+            if along_motion(EFFECTS[name], self.scales)
+            and not why_not_evaluated(name, self.segment, self.scales)
+        )
 
     def setting_aside(self, samples: Mask) -> MovingRecord:
         """The same without some more samples, shape (n,)."""
@@ -190,9 +207,10 @@ class MovingRecord:
         return replace(self, variance=variance, filter=filter_, forced=False, jump=None)
 
     def of_one_column(self, law: LawColumns) -> MovingRecord:
-        """The same with those effects alone that have one column in a law."""
+        """The same without effects that have several columns in a law, or none."""
         columns = Counter(column.effect for column in law.columns)
-        return replace(self, effects=tuple(name for name in self.effects if columns[name] == 1))
+        left_out = {name for name in self.effects if columns[name] != 1}
+        return replace(self, allowed=tuple(name for name in self.allowed if name not in left_out))
 
     def signal(self, w0: float) -> Array:
         """The samples in natural units of a frequency, shape (n,)."""

@@ -7,7 +7,6 @@ distribution of the noise hardly changes the probabilities of the sets of effect
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -81,13 +80,11 @@ class NoiseKinds:
         """Logarithm of the sum of all odds."""
         return float(logsumexp([h.log_odds for h in self.kinds]))
 
-    @property
-    def probabilities(self) -> dict[frozenset[str], float]:
-        """Probability of each kind of noise by its effects."""
-        return self.probabilities_in_one_of(1)
+    def probabilities(self, records: int = 1) -> dict[frozenset[str], float]:
+        """Probability of each kind of noise by its effects, in one of some records.
 
-    def probabilities_in_one_of(self, records: int) -> dict[frozenset[str], float]:
-        """The same in one of several records: that any of them has an effect is as probable as any effect."""
+        That any of these has an effect is as probable as any effect.
+        """
         prior = math.log(math.expm1(-math.log1p(-inclusion()) / records))
         log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.kinds]
         total = logsumexp(log_odds)
@@ -110,7 +107,7 @@ def log_convention(used: int, unit: float) -> float:
 
 
 def evaluate_sensor_noise(
-    record: MovingRecord, along: LawAlongMotion, outliers: Mask, allowed: Sequence[str]
+    record: MovingRecord, along: LawAlongMotion, outliers: Mask
 ) -> tuple[LawRegression, Posterior, NoiseKinds]:
     """Evidence of each kind of noise, and the posterior over the random force under the most probable.
 
@@ -122,8 +119,6 @@ def evaluate_sensor_noise(
         Its law.
     outliers : ndarray of bool, shape (n,)
         Samples that are outliers if there are any.
-    allowed : sequence of str
-        Effects that may act.
 
     Returns
     -------
@@ -132,10 +127,10 @@ def evaluate_sensor_noise(
     posterior : Posterior
     noise : NoiseKinds
     """
-    evaluated = _given_samples(record, along, allowed, contaminated=False)
+    evaluated = _given_samples(record, along, contaminated=False)
     if outliers.any():
         cleaned = record.setting_aside(outliers)
-        evaluated += _given_samples(cleaned, along, allowed, contaminated=True)
+        evaluated += _given_samples(cleaned, along, contaminated=True)
     chosen = max(range(len(evaluated)), key=lambda k: evaluated[k].log_weight)
     best, white = evaluated[chosen], evaluated[0].log_weight
     posterior = best.posterior
@@ -161,9 +156,7 @@ class _Evaluated(NamedTuple):
     noise: NoiseFit
 
 
-def _given_samples(
-    record: MovingRecord, along: LawAlongMotion, allowed: Sequence[str], *, contaminated: bool
-) -> list[_Evaluated]:
+def _given_samples(record: MovingRecord, along: LawAlongMotion, *, contaminated: bool) -> list[_Evaluated]:
     """Noise of one size and noise that grows on the samples that a record uses."""
     if not np.array_equal(record.variance, along.regression.clock.variance):
         clock = record.clock_along(along.path, along.law.feedback, along.w0)
@@ -177,7 +170,7 @@ def _given_samples(
     log_factor = left.log_factor(used, outliers=contaminated) + (prior_log_odds() if contaminated else 0.0)
     convention = log_convention(int(used.sum()), along.w0**record.segment.order)
     log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
-    growth = _noise_growth(record, along, posterior, allowed)
+    growth = _noise_growth(record, along, posterior)
     one_size = _Evaluated(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),
         log_weight=posterior.log_evidence + convention + log_factor,
@@ -196,12 +189,10 @@ def _given_samples(
     return [one_size, grown]
 
 
-def _noise_growth(
-    record: MovingRecord, along: LawAlongMotion, posterior: Posterior, allowed: Sequence[str]
-) -> NoiseGrowth | None:
+def _noise_growth(record: MovingRecord, along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | None:
     """The most probable growth of the noise; None where none may act."""
     growths = []
-    for effect in (EFFECTS[name] for name in allowed if not isinstance(record.error, Colour)):
+    for effect in (EFFECTS[name] for name in record.allowed if not isinstance(record.error, Colour)):
         if isinstance(effect, GrowingNoiseEffect):
             # the prior is one of the noise of a sample: in a mean of a block it counts less
             prior = effect.priors(record.scales)[0]

@@ -17,8 +17,6 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.columns.column_sets import ColumnSets
-from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
@@ -34,18 +32,15 @@ from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.statespace.force_grid import Posterior
-from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, shown
-from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_few_turning_points"]
 
 
 @dataclass(frozen=True, eq=False)
-class ForceFit:
-    """Result of the analysis of one record.
+class ForceFit(LawAlongMotion):
+    """Result of the analysis of one record: a law along its motion, with its posterior and its noise.
 
     Attributes
     ----------
@@ -56,17 +51,6 @@ class ForceFit:
     system : Oscillator
     scales : Scales
         Of the priors.
-    duration : float
-        To which friction drift refers [s].
-    w0 : float
-        Frequency of the natural units [rad/s].
-    path : MeasuredPath
-    law : LawColumns
-    sets : ColumnSets
-    regression : LawRegression
-        The record on these columns.
-    prior : ForcePrior
-        Of the random force.
     posterior : Posterior
     coefficients : ndarray, shape (p,)
         Of the best set at the best point.
@@ -86,13 +70,6 @@ class ForceFit:
     samples: int
     system: Oscillator
     scales: Scales
-    duration: float
-    w0: float
-    path: MeasuredPath
-    law: LawColumns
-    sets: ColumnSets
-    regression: LawRegression
-    prior: ForcePrior
     posterior: Posterior
     coefficients: Array
     motion: SmoothedMotion
@@ -125,11 +102,6 @@ class ForceFit:
     def chosen(self) -> int:
         """The best set."""
         return self.posterior.best.chosen
-
-    @property
-    def rubs(self) -> Mask:
-        """Which sets have dry friction, shape (m,)."""
-        return np.asarray(self.sets.columns[:, self.law.frictions].any(axis=1))
 
     @property
     def residual(self) -> Array:
@@ -231,8 +203,8 @@ def fit_random_force(
     ForceFit or None
         None where the record has too few turning points.
     """
-    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system))
-    return _fit_of(settle(whole, allowed, noise), allowed)
+    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), noise=noise)
+    return _fit_of(settle(whole))
 
 
 def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> ForceFit | None:
@@ -254,23 +226,23 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
         None where these have too few turning points.
     """
     filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else fit.noise
-    whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, samples)
+    whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, noise=noise, samples=samples)
     if filter_ is not None:
         whole = whole.behind(filter_)
-    return _fit_of(settle(whole, allowed, noise, filters=False), allowed)
+    return _fit_of(settle(whole, filters=False))
 
 
-def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
+def _fit_of(last: Round | None) -> ForceFit | None:
     """The analysis at the end of the rounds of a law, sensor noise other than white included."""
     if last is None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found
     while True:
-        regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers, allowed)
+        regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers)
         best = replace(found, regression=regression)
         better = better_but_impossible(best, posterior)
         if not better.any():
-            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise, last.noise)
+            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise)
         found = found.without(better)
 
 
@@ -289,7 +261,6 @@ def force_fit(
     posterior: Posterior,
     coefficients: Array,
     sensor_noise: NoiseKinds,
-    noise: str,
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
@@ -297,7 +268,6 @@ def force_fit(
         samples=record.samples,
         system=record.system,
         scales=record.scales,
-        duration=record.segment.duration,
         w0=found.w0,
         path=found.path,
         law=found.law,
@@ -309,6 +279,6 @@ def force_fit(
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
         error=record.error,
-        noise=noise,
+        noise=record.noise,
         impossible=impossible(found, posterior),
     )

@@ -64,8 +64,6 @@ class Round:
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
-    noise : {"auto", "white", "ar"}
-        What the noise of the sensor may be.
     alone : bool
         Whether the next round goes along the motion of the best law without a random force, however probable
         one is. What neighbouring samples share of the noise then stays as it is: that may be the force.
@@ -79,27 +77,25 @@ class Round:
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
-    noise: str
     alone: bool = False
 
     @classmethod
-    def first(cls, whole: MovingRecord, noise: str) -> Round | None:
+    def first(cls, whole: MovingRecord) -> Round | None:
         """Along the motion before any law is known; None where that holds too few turning points."""
-        return cls._starting(whole, noise, *whole.first_motion())
+        return cls._starting(whole, *whole.first_motion())
 
     @classmethod
-    def about_coulomb(cls, whole: MovingRecord, noise: str, start: CoulombStart | None) -> Round | None:
+    def about_coulomb(cls, whole: MovingRecord, start: CoulombStart | None) -> Round | None:
         """Along the motion ``start`` that fits best under Coulomb friction alone; None without one.
 
         A motion that stops within the record does not count: nothing is linear about a mass at rest.
         """
-        return None if start is None else cls._starting(whole, noise, *start)
+        return None if start is None else cls._starting(whole, *start)
 
     @classmethod
     def _starting(
         cls,
         whole: MovingRecord,
-        noise: str,
         w0: float,
         motion: SmoothedMotion,
         about: LawBefore | None = None,
@@ -109,7 +105,7 @@ class Round:
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(whole, ceiling, none, motion, (), False, found, None, noise, alone=True)
+        return cls(whole, ceiling, none, motion, (), False, found, None, alone=True)
 
     @cached_property
     def with_force(self) -> Round:
@@ -181,7 +177,7 @@ class Round:
         left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
         return whiteness(left).white
 
-    def following(self, allowed: Sequence[str]) -> Round | None:
+    def following(self) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
         found, law, best = self.found, self._law, self._best
         regression, segment, whole = found.regression, self.whole.segment, self.whole
@@ -198,7 +194,7 @@ class Round:
             sizes=whole.sizes | found.law.sensor_sizes(law),
             scores=finer_shapes(found, law, best),
         )
-        ceiling, outliers = self._set_aside(smoothed, allowed)
+        ceiling, outliers = self._set_aside(smoothed)
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
         about = found.law.before(law, motion.states[:, 2])
@@ -233,7 +229,7 @@ class Round:
         """The noise that neighbouring samples share; None where it is unchanged."""
         if isinstance(self.whole.error, Colour):
             return self._colour_near_motion if self.whole.error.least_noise else self._colour
-        if self.noise == "white" or self.alone:
+        if self.whole.noise == "white" or self.alone:
             return None
         return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
 
@@ -309,7 +305,7 @@ class Round:
         """The same, the noise nowhere below its level near the motion's frequency."""
         return self._under(self._colour_near_motion)
 
-    def _set_aside(self, smoothed: SmoothedMotion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
+    def _set_aside(self, smoothed: SmoothedMotion) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
         left = LeftOut.under(
             self.whole.segment,
@@ -322,7 +318,8 @@ class Round:
         ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
         white = not isinstance(self.whole.error, Colour)
         # one outlier spoils as many innovations of coloured noise as that has coefficients
-        noise = left.noise(outliers=white and OUTLIERS.name in allowed and left.heavy_tails(shown))
+        may_be = white and OUTLIERS.name in self.whole.allowed
+        noise = left.noise(outliers=may_be and left.heavy_tails(shown))
         if ceiling.any():
             ceiling = left.near_ceiling(noise)
             shown = shown & ~ceiling

@@ -10,8 +10,6 @@ last the force is searched for knocks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
@@ -34,16 +32,12 @@ _MOST_FILTERS = 3
 """Until the same filter is found again along the motion behind it."""
 
 
-def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: bool = True) -> Round | None:
+def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     """The round in which the law of a record has converged and the force requires no other knock.
 
     Parameters
     ----------
     whole : MovingRecord
-    allowed : sequence of str
-        Effects that may act.
-    noise : {"auto", "white", "ar"}
-        What the noise of the sensor may be.
     filters : bool
         Whether a filter that the record went through is looked for; not behind one that is known.
 
@@ -52,45 +46,43 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
     Round or None
         The last; None where one holds too few turning points.
     """
-    first = Round.first(whole, noise)
-    still = _settled(first, allowed)
+    first = Round.first(whole)
+    still = _settled(first)
     if whole.filter is not None:
-        return None if still is None else _settled(still.in_its_colour_near_motion(), allowed) or still
+        return None if still is None else _settled(still.in_its_colour_near_motion()) or still
     coulomb = None
     if still is None or not still.with_force.is_all:
         # step by step a law may not reach an optimum far from its start
         coulomb = coulomb_start(whole)
-        still = _better(still, _settled(Round.about_coulomb(whole, noise, coulomb), allowed))
-    latest = _with_force(first, still, allowed)
-    if latest is not None and still is not None and noise != "white":
-        best = _under_other_noise(latest, still, coulomb, allowed, filters=filters)
+        still = _better(still, _settled(Round.about_coulomb(whole, coulomb)))
+    latest = _with_force(first, still)
+    if latest is not None and still is not None and whole.noise != "white":
+        best = _under_other_noise(latest, still, coulomb, filters=filters)
         if best is not latest:
-            latest = _settled(best.in_its_colour_near_motion(), allowed) or latest
-    return _with_knocks(latest, allowed)
+            latest = _settled(best.in_its_colour_near_motion()) or latest
+    return _with_knocks(latest)
 
 
-def _with_force(first: Round | None, still: Round | None, allowed: Sequence[str]) -> Round | None:
+def _with_force(first: Round | None, still: Round | None) -> Round | None:
     """The law where a force may go with the motion, by the one or the other start."""
     latest = None if still is None else still.with_force
     if first is None or (latest is not None and latest.is_all):
         return latest
-    free = _settled(first.with_force, allowed)
+    free = _settled(first.with_force)
     # along its own, exact motion a law does not need the force that made up for an inexact one
     return free if still is None or _better(still, free) is free else latest
 
 
-def _under_other_noise(
-    latest: Round, still: Round, coulomb: CoulombStart | None, allowed: Sequence[str], *, filters: bool
-) -> Round:
+def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None, *, filters: bool) -> Round:
     """The most probable of a law, the same under coloured noise, and behind a filter, if looked for."""
-    best, coloured = latest, _coloured(still, allowed)
-    if coloured is not None and (still.noise == "ar" or not _holds_against(latest, coloured, allowed)):
+    best, coloured = latest, _coloured(still)
+    if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
         best = coloured
-    behind = _behind_filter(still, coulomb, allowed) if filters and not latest.is_all else None
-    return best if behind is None or _holds_against(best, behind, allowed) else behind
+    behind = _behind_filter(still, coulomb) if filters and not latest.is_all else None
+    return best if behind is None or _holds_against(best, behind) else behind
 
 
-def _with_knocks(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+def _with_knocks(latest: Round | None) -> Round | None:
     """The law with knocks of the force, as many as it requires; with none where it requires too many."""
     looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
     while latest is not None and looks > 0:
@@ -98,50 +90,50 @@ def _with_knocks(latest: Round | None, allowed: Sequence[str]) -> Round | None:
         if jump is None:
             return latest
         looks = looks - 1 if jump.any() else 0
-        latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
+        latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)))
     return latest
 
 
-def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
+def _coloured(still: Round) -> Round | None:
     """The law under coloured noise; None where the spectrum shows none, and none is requested."""
     decay = still.whole.segment.decay
-    shows = still.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
+    shows = still.whole.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
     if not (shows and still.may_be_coloured):
         return None
-    return _settled(still.in_its_colour(), allowed)
+    return _settled(still.in_its_colour())
 
 
-def _behind_filter(still: Round, coulomb: CoulombStart | None, allowed: Sequence[str]) -> Round | None:
+def _behind_filter(still: Round, coulomb: CoulombStart | None) -> Round | None:
     """The law behind the filter that a record went through; None without one.
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
-    latest = Round.about_coulomb(still.whole, still.noise, coulomb) or still
+    latest = Round.about_coulomb(still.whole, coulomb) or still
     for _ in range(_MOST_FILTERS):
         behind = latest.behind_filter()
         if behind is None or behind.whole.filter == latest.whole.filter:
             break
-        settled = _settled(behind, allowed)
+        settled = _settled(behind)
         if settled is None:
             return None
         latest = settled
     if latest.whole.filter is None:
         return None
-    return _better(latest, _settled(latest.in_its_colour(), allowed) if latest.may_be_coloured else None)
+    return _better(latest, _settled(latest.in_its_colour()) if latest.may_be_coloured else None)
 
 
-def _holds_against(one: Round, other: Round, allowed: Sequence[str]) -> bool:
+def _holds_against(one: Round, other: Round) -> bool:
     """Whether a round is more probable than another, on the samples that both have.
 
     It has noise that grows with the motion where that is more probable, and the lines that were found with
     the other.
     """
     if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
-        one = _better(one, _settled(one.with_lines(other.lines), allowed)) or one
+        one = _better(one, _settled(one.with_lines(other.lines))) or one
     mine, its = _on_common_samples(one, other)
     if mine is None or its is None or its.log_evidence <= mine.log_evidence:
         return True
-    noise = evaluate_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside), allowed)[2]
+    noise = evaluate_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside))[2]
     return its.log_evidence <= mine.log_evidence + noise.log_total
 
 
@@ -159,25 +151,25 @@ def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | 
     return one.without(~used), other.without(~used)
 
 
-def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+def _settled(latest: Round | None) -> Round | None:
     """The round after which the next agrees, or the most probable of those tried."""
     if latest is None:
         return None
     tried: Round | None = None
     for _ in range(_MOST_ROUNDS):
-        following = _next(latest, allowed)
+        following = _next(latest)
         if following is None or latest.stays(following):
             return following or tried
         tried, latest = _better(tried, following), following
     return tried
 
 
-def _next(before: Round, allowed: Sequence[str]) -> Round | None:
+def _next(before: Round) -> Round | None:
     """The next round, a half or a quarter as far where a whole step leads to a less probable law.
 
     A law is linear only about a motion near its own, and far from it steps may go to and fro.
     """
-    following = step = before.following(allowed)
+    following = step = before.following()
     for _ in range(_MOST_HALVES):
         if step is None or not _loses(step, before):
             break

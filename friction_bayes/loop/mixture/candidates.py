@@ -21,7 +21,6 @@ from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
-from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
@@ -43,13 +42,13 @@ from friction_bayes.loop.report.effect_summaries import (
     parameter_summary,
     parameter_units,
 )
-from friction_bayes.loop.report.friction_range import Reading
 from friction_bayes.loop.report.knock_notes import knock_notes
 from friction_bayes.loop.report.motion_trace import motion_trace
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import credible_count
+from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -124,12 +123,11 @@ class Candidates:
         return self.fit.among(self._cells_of_best).fits
 
     @cached_property
-    def reading(self) -> Reading:
-        """Friction by all sets, whether candidates or not."""
+    def by_all_sets(self) -> Array:
+        """Draws of friction by all sets, whether candidates or not [N or N m]."""
         laws = draw_laws(self.fit, self._rng_reading, DRAWS)
         shift = max(_friction_shift(fit, what_is_left(fit)) for fit in self.fit.fits)
-        moved = _moved(laws.friction, shift, self._rng_reading)
-        return Reading("the sets evaluated along the measured motion", moved)
+        return _moved(laws.friction, shift, self._rng_reading)
 
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         """The posterior of the most probable candidate compared with a sampler's.

@@ -121,9 +121,7 @@ def cells_of(fit: LawFit) -> Cells:
     noises = {certain: 1.0}
     for one in fit.alone:
         # what one record's sensor has, the records have
-        pairs = list(
-            product(noises.items(), one.sensor_noise.probabilities_in_one_of(len(fit.alone)).items())
-        )
+        pairs = list(product(noises.items(), one.sensor_noise.probabilities(len(fit.alone)).items()))
         noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
         for (names, share), (more, probability) in pairs:
             noises[names | more] += share * probability

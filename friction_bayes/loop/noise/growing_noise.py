@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.special import expit
 
 from friction_bayes.mechanics.effects import GrowingNoiseEffect, Prior
 from friction_bayes.mechanics.effects.inclusion import prior_log_odds
@@ -39,8 +38,6 @@ class NoiseGrowth:
     effect : GrowingNoiseEffect
     log_odds : float
         Of growth against none, prior odds included.
-    log_volume : float
-        Logarithm of the prior probability of the sizes that ``clock`` represents.
     ratio : float
         The size, a parameter of the effect, over the sd of the noise of one size in natural units.
     log_sd : float
@@ -51,20 +48,9 @@ class NoiseGrowth:
 
     effect: GrowingNoiseEffect
     log_odds: float
-    log_volume: float
     ratio: float
     log_sd: float
     clock: Clock
-
-    @property
-    def probability(self) -> float:
-        """Probability that the noise grows."""
-        return float(expit(self.log_odds))
-
-    @property
-    def log_scale(self) -> float:
-        """Logarithm of the factor from weights with ``clock`` to evidences without growth."""
-        return self.log_volume + prior_log_odds() - self.log_odds
 
     @property
     def found(self) -> bool:
@@ -145,5 +131,4 @@ def find_noise_growth(
     log_evidence = top + 0.5 * math.log(2.0 * math.pi) + math.log(log_sd)
     log_odds = prior_log_odds() + log_evidence - log_weight(clock, 1.0)[0]
     ratio = math.exp(mode)
-    given = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))[0]
-    return NoiseGrowth(effect, log_odds, log_evidence - given, ratio, log_sd, clock_at(ratio))
+    return NoiseGrowth(effect, log_odds, ratio, log_sd, clock_at(ratio))

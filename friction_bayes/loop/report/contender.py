@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.data.model import LoopModel, changes_signal
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import (
     DISPLACEMENT,
     FRICTION,
@@ -37,7 +37,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     if np.count_nonzero(mine) < 2:
         return None
     names = fit.sets.effects[shape]
-    model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
+    model = LoopModel(fit.system, (fit.segment,)).with_effects(names)
     declared = fit.w0 / fit.system.natural_frequency
     change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
     values = {

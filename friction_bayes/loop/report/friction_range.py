@@ -6,46 +6,30 @@ is from the truth.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 
-__all__ = ["Reading", "friction_range"]
+__all__ = ["friction_range"]
 
 
-@dataclass(frozen=True, eq=False)
-class Reading:
-    """Friction by one reading of the record.
-
-    Attributes
-    ----------
-    what : str
-        The way, in words.
-    friction : ndarray, shape (k,)
-        Draws [N or N m].
-    """
-
-    what: str
-    friction: Array
-
-
-def friction_range(readings: Sequence[Reading], factor: float, unit: str) -> dict[str, Any]:
+def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:
     """Return the report's ``friction_range``: lowest and highest mean of a reading, and each reading.
 
     Parameters
     ----------
-    readings : sequence of Reading
+    readings : mapping of str to ndarray, shape (k,)
+        Draws of friction [N or N m] by each reading of the record, in words.
     factor : float
         From a model's friction to the reported one.
     unit : str
         Of the latter.
     """
     each = [
-        {"what": reading.what} | Summary.of_draws(factor * reading.friction, unit).to_dict()
-        for reading in readings
+        {"what": what} | Summary.of_draws(factor * friction, unit).to_dict()
+        for what, friction in readings.items()
     ]
     means = [reading["mean"] for reading in each]
     return {"low": min(means), "high": max(means), "unit": unit, "readings": each}

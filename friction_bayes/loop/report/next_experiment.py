@@ -125,22 +125,20 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
         return (
             f"No single further record is expected to separate {names[0]} from {rivals}; "
             f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}"
-            f"{_agreement_on_friction(candidates)}."
+            f"{_difference_in_friction(candidates)}."
         )
     factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
     return (
         f"Add {chosen.what}: it is expected to separate {names[0]} from {rivals} by a Bayes factor of "
-        f"{factor}{_agreement_on_friction(candidates)}."
+        f"{factor}{_difference_in_friction(candidates)}."
     )
 
 
-def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
-    """A remark where friction hardly depends on which candidate is right."""
+def _difference_in_friction(candidates: Sequence[Contender]) -> str:
+    """How far friction depends on which candidate is right."""
     frictions = [candidate.friction for candidate in candidates]
     spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
-    if spread > settings.SETTINGS.same_friction:
-        return ""
-    return f"; the candidates agree on friction within {max(100.0 * spread, 0.01):.2g} %"
+    return f"; friction differs between them by {max(100.0 * spread, 0.01):.2g} %"
 
 
 def proposals(truth: Contender, rival: Contender) -> list[Proposal]:

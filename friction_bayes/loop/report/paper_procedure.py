@@ -79,7 +79,7 @@ def paper_procedure(
     because: list[str] = []
     for source in sources:
         because += effects if source == "effects" else [source]
-    if high - low > settings.SETTINGS.unlike * float(np.diff(np.quantile(after.draws, TAILS))[0]):
+    if high - low > float(np.diff(np.quantile(after.draws, TAILS))[0]):
         because.append("telescoping_drops")
     if not measures:
         because.append("no_scatter")
@@ -87,7 +87,7 @@ def paper_procedure(
         "friction": said.to_dict(),
         "disagrees": disagrees,
         "because": because,
-        "shares": {name: share for name, share in shares.items()},
+        "shares": shares,
     }
 
 

@@ -14,8 +14,6 @@ from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
-from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
-from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["ResistingForce", "compare_forces", "resisting_force", "validate_force"]
 
@@ -55,13 +53,8 @@ def resisting_force(fit: CoulombFit) -> Array:
     x, a = (model.predict_at(fit.z, 0, time, order=order) for order in (0, 2))
     if x is None or a is None:
         raise InputError(model.segments[0].decay.name, "the motion does not stay finite", "look at the fit")
-    values = model.record_parameters(fit.z, 0)
-    mass, stiffness = model.mass_and_stiffness(values.frequency_ratio)
+    mass, stiffness = model.mass_and_stiffness(model.record_parameters(fit.z, 0).frequency_ratio)
     spring = stiffness * (np.sin(x.clean) if model.system.pendulum else x.clean)
-    for cubic_stiffness in values.effects.get(CUBIC_STIFFNESS.name, ()):
-        spring = spring + cubic_stiffness * x.clean**3
-    for change in values.effects.get(STIFFNESS_DRIFT.name, ()):
-        spring = spring + stiffness * change * (time / model.durations[0] - 0.5) * x.clean
     return np.asarray(-(mass * a.clean + spring))
 
 

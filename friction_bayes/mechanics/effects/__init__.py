@@ -36,6 +36,7 @@ from friction_bayes.mechanics.effects.registry import (
     effect_named,
     force_effects,
     force_vector,
+    in_catalogue_order,
     parse_effects,
     register,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "effect_named",
     "force_effects",
     "force_vector",
+    "in_catalogue_order",
     "parse_effects",
     "register",
 ]

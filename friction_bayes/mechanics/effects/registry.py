@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -17,6 +17,7 @@ __all__ = [
     "effect_named",
     "force_effects",
     "force_vector",
+    "in_catalogue_order",
     "parse_effects",
     "register",
 ]
@@ -49,6 +50,11 @@ def register(effect: Effect) -> Effect:
             )
     EFFECTS[effect.name] = effect
     return effect
+
+
+def in_catalogue_order(names: Collection[str]) -> tuple[str, ...]:
+    """Registered effects of some names in the order of the catalogue."""
+    return tuple(name for name in EFFECTS if name in names)
 
 
 def effect_named(name: str) -> Effect:

@@ -94,7 +94,7 @@ def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidate
     np.testing.assert_array_equal(drawn.random_force > 0.0, forced[drawn.candidate])
     assert drawn.friction.min() >= 0.0
     assert drawn.frequency.mean() == pytest.approx(SYSTEM.natural_frequency, rel=1e-2)
-    assert candidates.reading.friction.mean() == pytest.approx(drawn.friction.mean(), rel=0.2)
+    assert candidates.by_all_sets.mean() == pytest.approx(drawn.friction.mean(), rel=0.2)
 
 
 def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> None:

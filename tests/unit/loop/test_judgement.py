@@ -14,7 +14,7 @@ from arviz_stats.base import array_stats
 import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.loop import LoopReport
-from friction_bayes.loop.report.friction_range import Reading, friction_range
+from friction_bayes.loop.report.friction_range import friction_range
 from friction_bayes.loop.report.verdict import Consequences, credible_count, verdict
 from friction_bayes.mechanics.integrate import integrate
 
@@ -171,7 +171,7 @@ def test_held_samples_measure_no_noise(seed: int) -> None:
 
 def test_the_range_of_friction_spans_the_means_of_its_readings() -> None:
     rng = np.random.default_rng(3)
-    readings = [Reading(f"around {c}", rng.normal(c, 0.01, 500)) for c in (1.0, 2.0, 4.0)]
+    readings = {f"around {c}": rng.normal(c, 0.01, 500) for c in (1.0, 2.0, 4.0)}
     reported = friction_range(readings, 10.0, "N")
     assert reported["low"] == pytest.approx(10.0, abs=0.05)
     assert reported["high"] == pytest.approx(40.0, abs=0.05)

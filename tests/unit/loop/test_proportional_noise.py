@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 import friction_bayes as fb
 from friction_bayes.mechanics.effects import EFFECTS
@@ -35,7 +36,7 @@ def test_it_is_found_with_its_size_and_leaves_the_sensors_noise(quantity: str, s
     fit = fitted(record, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset"))
     assert fit.growth is not None
     assert fit.growth.effect.name == "proportional_noise"
-    assert fit.growth.probability > 0.99
+    assert expit(fit.growth.log_odds) > 0.99
     assert fit.posterior.noise_sd * fit.unit == pytest.approx(NOISE * 10.0**fit.segment.order, rel=0.15)
     assert abs(np.log(fit.growth.ratio * fit.posterior.noise_sd / SHARE)) < 5.0 * fit.growth.log_sd
     assert fit.growth.ratio * fit.posterior.noise_sd == pytest.approx(SHARE, rel=0.3)

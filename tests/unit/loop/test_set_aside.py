@@ -41,7 +41,7 @@ def test_outliers_are_found_beside_a_force(rng: np.random.Generator) -> None:
     fit = fitted(record, ["random_force", "outliers"])
     noise = fit.sensor_noise
     assert noise.contaminated
-    assert noise.probabilities[frozenset({"outliers"})] > 0.999
+    assert noise.probabilities()[frozenset({"outliers"})] > 0.999
     assert noise.outliers is not None
     assert noise.outliers.fraction == pytest.approx(far.mean(), rel=0.4)
     assert noise.outliers.scale == pytest.approx(FAR * NOISE, rel=0.4)
@@ -59,8 +59,8 @@ def test_outliers_are_found_beside_noise_that_grows(rng: np.random.Generator) ->
     fit = fitted(record, ["random_force", "outliers", "timing_jitter", "proportional_noise"])
     both = frozenset({"outliers", "proportional_noise"})
     assert fit.sensor_noise.effects == both
-    assert fit.sensor_noise.probabilities[both] > 0.99
-    assert sum(fit.sensor_noise.probabilities.values()) == pytest.approx(1.0)
+    assert fit.sensor_noise.probabilities()[both] > 0.99
+    assert sum(fit.sensor_noise.probabilities().values()) == pytest.approx(1.0)
     assert fit.growth is not None
     share = fit.growth.ratio * fit.posterior.noise_sd
     assert share == pytest.approx(3.0 * NOISE / RELEASE, rel=0.3)
@@ -113,7 +113,7 @@ def test_where_outliers_may_not_act_none_is_set_aside(rng: np.random.Generator) 
     record, _, _ = decay(rng, force=0.2, hit=HIT)
     fit = fitted(record, ["random_force"])
     assert np.isfinite(fit.clock.variance).all()
-    assert list(fit.sensor_noise.probabilities) == [frozenset()]
+    assert list(fit.sensor_noise.probabilities()) == [frozenset()]
 
 
 @pytest.mark.parametrize("fault", ["outliers", "sensor_clipping"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 import friction_bayes as fb
 from friction_bayes.mechanics.effects import EFFECTS
@@ -20,7 +21,7 @@ def test_jitter_is_found_with_its_size_and_leaves_the_sensors_noise(
     record = jittered_record(rng, 0.04 * STEP, NOISE, order)
     fit = fitted(record, ("viscous_damping", "timing_jitter", "sensor_offset"))
     assert fit.growth is not None
-    assert fit.growth.probability > 0.99
+    assert expit(fit.growth.log_odds) > 0.99
     assert fit.posterior.noise_sd == pytest.approx(NOISE * (10.0 / fit.w0) ** order, rel=0.1)
     jitter = fit.growth.ratio * fit.posterior.noise_sd
     assert jitter == pytest.approx(0.04 * STEP, rel=0.3)
