@@ -358,11 +358,17 @@ def _smoothing(angle: float) -> FilterKind:
 
 
 def _gaussian(angle: float) -> FilterKind:
-    """Weights of a normal density; half the power is left at the corner."""
+    """Weights of a normal density at the samples; half the power is left at the corner."""
     half = math.sqrt(math.log(2.0))
+    # what is sampled has its spectrum again at every multiple of the sampling rate
+    again = 2.0 * math.pi * np.arange(-2, 3)
 
     def response(omega: Array, *, corner: float) -> Array:
-        return np.asarray(np.exp(-0.5 * (half * omega / corner) ** 2))
+        shown, whole = (
+            np.exp(-0.5 * (half * np.add.outer(each, again) / corner) ** 2).sum(axis=-1)
+            for each in (omega, np.zeros(1))
+        )
+        return np.asarray(shown / whole)
 
     return _of_corner(
         angle, lambda corner: f"Gaussian weights of sd {half / (corner * angle):.3g} samples", response

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import signal
+from scipy import ndimage, signal
 
 import friction_bayes as fb
 from filtered_decays import filtered
@@ -23,7 +23,7 @@ ANGLE = 10.0 / RATE
 
 
 KINDS = kinds_for(ANGLE)
-MEAN, MEAN_TWICE, QUADRATIC, _, COUPLING, *LOW_PASSES = KINDS
+MEAN, MEAN_TWICE, HANN, QUADRATIC, _, COUPLING, SMOOTHING, GAUSSIAN, *LOW_PASSES, BESSEL = KINDS
 ONE_WAY = dict(enumerate(LOW_PASSES[:4], start=1))
 BOTH_WAYS = dict(enumerate(LOW_PASSES[4:], start=1))
 """Low passes by their order."""
@@ -40,15 +40,37 @@ def test_a_low_pass_is_scipys(order: int) -> None:
     np.testing.assert_allclose(both, np.abs(expected) ** 2, rtol=1e-9)
 
 
+def test_a_bessel_filter_is_scipys() -> None:
+    b, a = signal.bessel(4, CORNER / math.pi, norm="mag")
+    expected = signal.freqz(b, a, OMEGA)[1]
+    np.testing.assert_allclose(BESSEL.of(CORNER).response(OMEGA), expected, rtol=1e-9)
+
+
+def test_exponential_smoothing_is_its_recursion() -> None:
+    share = -math.expm1(-CORNER)
+    expected = signal.freqz([share], [1.0, share - 1.0], OMEGA)[1]
+    np.testing.assert_allclose(SMOOTHING.of(CORNER).response(OMEGA), expected, rtol=1e-9)
+
+
+def test_gaussian_weights_are_those_of_scipy() -> None:
+    impulse = np.zeros(201)
+    impulse[100] = 1.0
+    weights = ndimage.gaussian_filter1d(impulse, math.sqrt(math.log(2.0)) / CORNER, truncate=12.0)
+    expected = np.cos(np.multiply.outer(OMEGA, np.arange(-100, 101))) @ weights
+    np.testing.assert_allclose(GAUSSIAN.of(CORNER).response(OMEGA), expected, atol=1e-9)
+
+
 def test_windows_are_those_of_convolution() -> None:
     wave = np.cos(ANGLE * np.arange(2000))
     mean, twice = MEAN.of(21.0), MEAN_TWICE.of(21.0)
-    fitted = QUADRATIC.of(21.0)
+    hann, fitted = HANN.of(21.0), QUADRATIC.of(21.0)
+    bell = signal.windows.hann(23)[1:-1]
     at = slice(500, 1500)
     averaged = np.convolve(wave, np.ones(21) / 21.0, mode="same")
     for filter_, expected in (
         (mean, averaged),
         (twice, np.convolve(averaged, np.ones(21) / 21.0, mode="same")),
+        (hann, np.convolve(wave, bell / bell.sum(), mode="same")),
         (fitted, signal.savgol_filter(wave, 21, 3)),
     ):
         np.testing.assert_allclose(Through(wave[:, None])(filter_)[at, 0], expected[at], atol=1e-9)
@@ -79,6 +101,13 @@ def test_a_filter_that_was_empty_differs_by_what_it_remembers(order: int) -> Non
     assert np.max(np.abs(left[seen])) > 1e-4
     left -= memory @ np.linalg.lstsq(memory[seen], left[seen])[0]
     assert np.max(np.abs(left[seen])) < 1e-4
+
+
+@pytest.mark.parametrize("order", [1, 3])
+def test_a_real_pole_has_one_memory_at_any_corner(order: int) -> None:
+    """At a high corner it changes sign from sample to sample, and no second column is to be of rounding."""
+    memory = ONE_WAY[order].of(float(ONE_WAY[order].sizes[-1])).memory(300)
+    assert np.all(np.max(np.abs(memory), axis=0) > 1e-3)
 
 
 @pytest.mark.parametrize(("order", "corner"), [(2, 12.0), (4, 8.0)])
@@ -133,6 +162,26 @@ def coupled(values: np.ndarray) -> np.ndarray:
             1e-4,
             "a low pass of order 3, forward and backward",
         ),
+        (
+            "displacement",
+            lambda v: signal.filtfilt(*signal.butter(1, 0.2), v),
+            1e-5,
+            "a low pass of order 1, forward and backward",
+        ),
+        (
+            "displacement",
+            lambda v: ndimage.gaussian_filter1d(np.pad(v, 20, "reflect", reflect_type="odd"), 2.0)[20:-20],
+            1e-4,
+            "Gaussian weights",
+        ),
+        (
+            "velocity",
+            lambda v: np.convolve(v, signal.windows.hann(15)[1:-1] / 7.0, mode="same"),
+            1e-3,
+            "a Hann window of 13 ",
+        ),
+        ("displacement", lambda v: signal.lfilter([0.4], [1.0, -0.6], v), 1e-5, "exponential smoothing"),
+        ("displacement", lambda v: signal.lfilter(*signal.bessel(4, 0.15), v), 1e-5, "a Bessel filter"),
         ("acceleration", coupled, 2e-2, "an AC coupling"),
         ("velocity", coupled, 1e-3, "an AC coupling"),
     ],
