@@ -23,9 +23,8 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.fft import irfft, prev_fast_len, rfft
+from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
-from scipy.signal import lfilter
 from scipy.special import expit, softmax
 
 from friction_bayes.core.arrays import Array, Complexes
@@ -280,8 +279,10 @@ class _Spectra:
 
     def whitened(self, rows: Array) -> Array:
         """Rows behind the whitening filter, zero as long as that does not know what was before."""
-        white = np.asarray(lfilter(self._whitener, [1.0], rows))
-        white[..., : self._whitener.size - 1] = 0.0
+        lost, n = self._whitener.size - 1, rows.shape[-1]
+        size = next_fast_len(n + lost, real=True)
+        white = np.asarray(irfft(rfft(rows, size) * rfft(self._whitener, size), size)[..., :n])
+        white[..., :lost] = 0.0
         return white
 
     def _left(self, signal: Array, rows: Array) -> Array:

@@ -14,7 +14,6 @@ from functools import cached_property, partial
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal import besselap
 
 from friction_bayes.core.arrays import Array, Complexes, Indices
 
@@ -36,6 +35,8 @@ _COUPLING = (0.01, 0.5)
 """Corners of an AC coupling over the motion's frequency: 5e-5 and a tenth are what these take."""
 _APART = 1.03
 """Ratio of neighbouring corners: to a few hundredths of one the rounding of a turning point is the same."""
+_BESSEL_HALF = 2.1139176749042
+"""Frequency at which Bessel's filter of order 4 and of unit delay lets half the power through."""
 _HIGHEST_CORNER = 0.98
 """Over Nyquist's frequency."""
 _BELOW_NYQUIST = math.pi - 1e-6
@@ -224,7 +225,7 @@ def kinds_for(angle: float) -> list[FilterKind]:
     kinds = [_means(angle, 1), _means(angle, 2), _hann(angle), _polynomials(angle, 2), _polynomials(angle, 4)]
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4)]
-    kinds += [_bessel(angle, 4)]
+    kinds += [_bessel(angle)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
@@ -338,8 +339,9 @@ def _butterworth(angle: float, order: int, ways: int) -> FilterKind:
     return _of_poles(angle, poles, f"a low pass of order {order}", ways)
 
 
-def _bessel(angle: float, order: int) -> FilterKind:
-    return _of_poles(angle, besselap(order, norm="mag")[1], f"a Bessel filter of order {order}", 1)
+def _bessel(angle: float) -> FilterKind:
+    poles = np.roots([1.0, 10.0, 45.0, 105.0, 105.0]).astype(np.complex128) / _BESSEL_HALF
+    return _of_poles(angle, poles, "a Bessel filter of order 4", 1)
 
 
 def _smoothing(angle: float) -> FilterKind:
