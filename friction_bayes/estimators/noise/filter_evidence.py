@@ -12,7 +12,8 @@ a random force; integrated noise. Each has corners as dry friction makes them or
 Record and columns are first whitened by one autoregression, so that the fit by least squares has the weights
 of the noise, and no frequency leaks into another. Spectra are of several orthogonal tapers (Thomson,
 Proceedings of the IEEE 70, 1982). The likelihood is Whittle's, with the expectation of each estimate in place
-of the spectral density (Sykulski et al., Biometrika 106, 2019).
+of the spectral density behind a filter (Sykulski et al., Biometrika 106, 2019); what leaves amplitudes
+unfiltered has no zeros, and is level enough once whitened.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from friction_bayes.statespace.regression import RIDGE, near_least_squares
 __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
-"""Least number of samples in which filters are looked for."""
+"""Largest number of samples in which filters are looked for."""
 _EXACT_TO = 1e-7
 """Of the amplitude, to which columns of a motion are exact: no frequency is compared where noise is less."""
 _BANDWIDTH, _TAPERS = 4.0, 4
@@ -99,10 +100,10 @@ def likely_filters(
     """
     kinds = kinds_for(angle)
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
-    if n < 8 * left_out:
+    stride = int(2 * _BANDWIDTH)
+    if n < max(8 * left_out, 2 * left_out + stride):
         return [], 0.0
     # of a length whose transforms are fast
-    stride = int(2 * _BANDWIDTH)
     inner = slice(left_out, left_out + stride * prev_fast_len((n - 2 * left_out) // stride, real=True))
     target = _filled((signal - known)[inner], free_columns[inner].T)
     spectra = _Spectra(target, free_columns[inner].T, angle, order)
@@ -204,9 +205,9 @@ class _Spectra:
         left = self._left(signal, rows)
         coefficients, variances = burg_recursion(left / math.sqrt(float(left @ left) / n), most_lags(n))
         colour = Autoregression(coefficients[-1], float(variances[-1]))
-        # the grid is twice as fine as the Fourier frequencies: no lag of a taper is missed
         self._whitener = np.append(1.0, -colour.coefficients)
         self._slow = self.whitened(self._slow)
+        # twice as fine as the Fourier frequencies: no lag of a taper is missed
         grid = math.pi * np.arange(n + 1) / n
         self._grid, self._gain = grid, colour.innovation_variance / colour.spectrum(grid)
         self._window = irfft(np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0))
@@ -258,7 +259,8 @@ class _Spectra:
         signal : ndarray, shape (n,)
             Whitened.
         shown : ndarray, shape (p + 1, n)
-            Columns of the law behind it, the last one known, whitened.
+            Columns of the law behind it, the last one known, whitened; their first samples become zero, as
+            those of the signal are.
         filter_ : RecordingFilter
         start : int
             Samples before the first.

@@ -224,13 +224,13 @@ def kinds_for(angle: float) -> list[FilterKind]:
     """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable."""
     kinds = [_means(angle, 1), _means(angle, 2), _hann(angle), _polynomials(angle, 2), _polynomials(angle, 4)]
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
-    kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4)]
+    kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
     kinds += [_bessel(angle)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
-def _windows(angle: float, shortest: int, longest: float) -> Array:
-    return np.arange(shortest, longest * 2.0 * math.pi / angle, 2.0)
+def _windows(angle: float, shortest: int, longest: float, step: float = 2.0) -> Array:
+    return np.arange(shortest, longest * 2.0 * math.pi / angle, step)
 
 
 def _means(angle: float, times: int) -> FilterKind:
@@ -242,7 +242,8 @@ def _means(angle: float, times: int) -> FilterKind:
         name = f"a moving mean of {window:.0f} samples{', twice' if times == 2 else ''}"
         return RecordingFilter(name, response, angle)
 
-    return FilterKind(_windows(angle, 3, _LONGEST_MEAN), of, has_zeros=True)
+    # one of an even number of samples is centred between two: that is a delay
+    return FilterKind(_windows(angle, 2, _LONGEST_MEAN, step=1.0), of, has_zeros=True)
 
 
 def _hann(angle: float) -> FilterKind:
