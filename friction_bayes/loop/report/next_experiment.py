@@ -138,7 +138,8 @@ def _difference_in_friction(candidates: Sequence[Contender]) -> str:
     """How far friction depends on which candidate is right."""
     frictions = [candidate.friction for candidate in candidates]
     spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
-    return f"; friction differs between them by {max(100.0 * spread, 0.01):.2g} %"
+    percent = f"{100.0 * spread:.2g}" if spread >= 1e-4 else "less than 0.01"
+    return f"; friction differs between them by {percent} %"
 
 
 def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
