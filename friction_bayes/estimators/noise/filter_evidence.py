@@ -45,6 +45,9 @@ _LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
 _EXACT_TO = 1e-7
 """Of the amplitude, to which columns of a motion are exact: no frequency is compared where noise is less."""
+_FAINTEST = 1e-7
+"""Power over the strongest below which none is compared: there the residual is that of a motion which the
+noise has misplaced, of second order."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it."""
@@ -219,7 +222,8 @@ class _Spectra:
         self._parts = _tapers(n).reshape(_TAPERS, stride, -1)
         self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         strength = self._noise / self._gain[2 * self._places]
-        loud = strength > (_EXACT_TO * self._amplitude) ** 2
+        least = max((_EXACT_TO * self._amplitude) ** 2, _FAINTEST * np.max(strength, initial=0.0))
+        loud = strength > least
         self._places, self._noise = self._places[loud], self._noise[loud]
         phase = self._omega / angle
         resonance = phase ** (2 * order) / (phase * phase - 1.0) ** 2
