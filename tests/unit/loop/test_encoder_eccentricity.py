@@ -83,4 +83,6 @@ def test_an_error_that_takes_the_place_of_the_motion_explains_nothing(wander: fl
     named = ["viscous_damping", "encoder_eccentricity", "random_force"]
     report = fb.close_loop([wandering_record(wander)], WHEEL, seed=1, check=False, effects=named)
     assert report.verdict == "unexplained"
-    assert "forecast" in report.because
+    assert "encoder_eccentricity" not in report.effects
+    # one such record is taken for noise behind a steep filter, which leaves a random force over
+    assert {"forecast", "left_over"}.intersection(report.because)
