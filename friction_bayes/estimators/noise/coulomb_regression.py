@@ -254,6 +254,7 @@ class PreparedDecay:
 
     def __init__(self, decay: PlainDecay) -> None:
         rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
+        self._is_rounding = 2.0 * rounding**2 > decay.noise_sd**2
         self.decay = decay = _on_even_grid(decay)
         block = decay.block
         whole = ~torn_blocks(decay.time, block)
@@ -286,7 +287,8 @@ class PreparedDecay:
     def filters_along(self, laid: Laid) -> tuple[list[tuple[float, RecordingFilter]], float]:
         """Filters that the samples may have gone through, and the probability of any."""
         regression = laid.regression
-        if not regression.clock.even:
+        # noise that is mostly rounding, of whatever spectrum, came after any filter
+        if self._is_rounding or not regression.clock.even:
             return [], 0.0
         free = laid.with_free_corners(self.friction).regression.columns
         phase = regression.clock.phase

@@ -221,7 +221,8 @@ class _Spectra:
         # the transform at multiples of a frequency is that of as many parts of the samples added up
         self._parts = _tapers(n).reshape(_TAPERS, stride, -1)
         self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
-        strength = self._noise / self._gain[2 * self._places]
+        # by the autoregression: to choose estimates by their own size would favour the larger ones
+        strength = np.mean(self._noise) / self._gain[2 * self._places] if self._places.size else self._noise
         least = max((_EXACT_TO * self._amplitude) ** 2, _FAINTEST * np.max(strength, initial=0.0))
         loud = strength > least
         self._places, self._noise = self._places[loud], self._noise[loud]
