@@ -51,6 +51,8 @@ noise has misplaced, of second order."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it."""
+_LOBE = int(2 * _BANDWIDTH)
+"""Width of a taper's main lobe, in frequencies of the record: estimates that share none are independent."""
 _ABOVE = 2.0
 """Frequency over the motion's from which on spectra are compared: below, the fit takes from the noise."""
 _LATER = np.append(0.0, np.geomspace(1e-12, 1.0, 25))
@@ -103,11 +105,10 @@ def likely_filters(
     """
     kinds = kinds_for(angle)
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
-    stride = int(2 * _BANDWIDTH)
-    if n < max(8 * left_out, 2 * left_out + stride):
+    if n < max(8 * left_out, 2 * left_out + _LOBE):
         return [], 0.0
     # of a length whose transforms are fast
-    inner = slice(left_out, left_out + stride * prev_fast_len((n - 2 * left_out) // stride, real=True))
+    inner = slice(left_out, left_out + _LOBE * prev_fast_len((n - 2 * left_out) // _LOBE, real=True))
     target = _filled((signal - known)[inner], free_columns[inner].T)
     spectra = _Spectra(target, free_columns[inner].T, angle, order)
     if spectra.empty:
@@ -138,8 +139,7 @@ def _filled(signal: Array, rows: Array) -> Array:
     known = np.isfinite(signal)
     if known.all():
         return signal
-    both = np.vstack([rows, signal])[:, known]
-    fitted = near_least_squares(both @ both.T) @ rows
+    fitted = near_least_squares(_sums(rows[:, known], signal[known])) @ rows
     left = np.interp(np.arange(signal.size), np.flatnonzero(known), (signal - fitted)[known])
     return np.where(known, signal, fitted + left)
 
@@ -214,12 +214,10 @@ class _Spectra:
         grid = math.pi * np.arange(n + 1) / n
         self._grid, self._gain = grid, colour.innovation_variance / colour.spectrum(grid)
         self._window = irfft(np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0))
-        # estimates that share no taper's main lobe are independent
-        stride = int(2 * _BANDWIDTH)
-        self._places = np.arange(stride, n // 2 - stride, stride)
+        self._places = np.arange(_LOBE, n // 2 - _LOBE, _LOBE)
         self._places = self._places[2.0 * math.pi * self._places / n > _ABOVE * angle]
         # the transform at multiples of a frequency is that of as many parts of the samples added up
-        self._parts = _tapers(n).reshape(_TAPERS, stride, -1)
+        self._parts = _tapers(n).reshape(_TAPERS, _LOBE, -1)
         self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         # by the autoregression: to choose estimates by their own size would favour the larger ones
         strength = np.mean(self._noise) / self._gain[2 * self._places] if self._places.size else self._noise
@@ -244,8 +242,7 @@ class _Spectra:
 
     def of_others(self, signal: Array, rows: Array) -> float:
         """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds."""
-        raw = signal - near_least_squares(_sums(rows, signal)) @ rows
-        colour, _ = burg(raw, len(rows))
+        colour, _ = burg(_residual(signal, rows), len(rows))
         power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         white = self._gain[2 * self._places]
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
@@ -294,8 +291,7 @@ class _Spectra:
 
     def _left(self, signal: Array, rows: Array) -> Array:
         """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
-        rows = np.vstack([rows, self._slow])
-        return np.asarray(signal - near_least_squares(_sums(rows, signal)) @ rows)
+        return _residual(signal, np.vstack([rows, self._slow]))
 
     def _price(self, coefficients: int) -> float:
         """Penalty for fitted coefficients, by the Bayesian information criterion."""
@@ -313,7 +309,7 @@ class _Spectra:
 
     def _power(self, left: Array) -> Array:
         parts = np.einsum("kij,ij->kj", self._parts, left.reshape(self._parts.shape[1:]))
-        power = np.abs(rfft(parts)[:, self._places // self._parts.shape[1]]) ** 2
+        power = np.abs(rfft(parts)[:, self._places // _LOBE]) ** 2
         return np.asarray(power.mean(axis=0))
 
     def _expected(self, shape: Array) -> Array:
@@ -337,6 +333,11 @@ class _Spectra:
         """For spectra of these shapes, (m, frequencies), the level of each fitted."""
         level = np.mean(power / shapes, axis=1, keepdims=True)
         return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
+
+
+def _residual(signal: Array, rows: Array) -> Array:
+    """What least squares of rows leave of a signal."""
+    return np.asarray(signal - near_least_squares(_sums(rows, signal)) @ rows)
 
 
 def _sums(rows: Array, last: Array) -> Array:
