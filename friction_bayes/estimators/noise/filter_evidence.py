@@ -204,7 +204,7 @@ class _Spectra:
             swings * np.cos(phase)[:, None],
             swings * np.sin(phase)[:, None],
         ]
-        self._slow = np.hstack(slow).T
+        self._slow = np.asarray(np.hstack(slow).T, np.float64)
         left = self._left(signal, rows)
         coefficients, variances = burg_recursion(left / math.sqrt(float(left @ left) / n), most_lags(n))
         colour = Autoregression(coefficients[-1], float(variances[-1]))
