@@ -21,12 +21,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
-from scipy.special import expit, softmax
+from scipy.special import expit, gammainc, softmax
 
 from friction_bayes.core.arrays import Array, Complexes
 from friction_bayes.estimators.noise.recording_filters import (
@@ -36,18 +36,17 @@ from friction_bayes.estimators.noise.recording_filters import (
     kinds_for,
     margin,
 )
-from friction_bayes.statespace.coloured_noise import Autoregression, burg, burg_recursion, most_lags
+from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
 __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
-_EXACT_TO = 1e-7
-"""Of the amplitude, to which columns of a motion are exact: no frequency is compared where noise is less."""
-_FAINTEST = 1e-7
-"""Power over the strongest below which none is compared: there the residual is that of a motion which the
-noise has misplaced, of second order."""
+_EXACT_TO = 1e-8
+"""Of the amplitude, to which columns of a motion are exact: noise that is less does not show."""
+_SMALLEST = 1e-300
+"""Least probability that has a logarithm."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it."""
@@ -107,8 +106,7 @@ def likely_filters(
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
     if n < max(8 * left_out, 2 * left_out + _LOBE):
         return [], 0.0
-    # of a length whose transforms are fast
-    inner = slice(left_out, left_out + _LOBE * prev_fast_len((n - 2 * left_out) // _LOBE, real=True))
+    inner = slice(left_out, n - left_out)
     target = _filled((signal - known)[inner], free_columns[inner].T)
     spectra = _Spectra(target, free_columns[inner].T, angle, order)
     if spectra.empty:
@@ -117,19 +115,19 @@ def likely_filters(
     log_other = math.log(0.5 * (1.0 - _PRIOR)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
+
+    def log_evidence(filter_: RecordingFilter) -> float:
+        shown = through.rows(filter_, whitener)[:, inner][:, -filled.size :]
+        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner], filter_)
+
     found: list[tuple[float, RecordingFilter]] = []
     for kind in kinds:
         log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
-        found += _of_kind(
-            kind,
-            log_prior,
-            spectra.of_noise,
-            lambda each: spectra.behind(filled, through.rows(each, whitener)[:, inner], each, inner.start),
-        )
+        found += _of_kind(kind, log_prior, spectra.of_noise, log_evidence)
     found.sort(key=lambda each: -each[0])
-    log_filtered = _log_sum([log_evidence for log_evidence, _ in found])
+    log_filtered = _log_sum([value for value, _ in found])
     likely = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
-    share = softmax([log_evidence for log_evidence, _ in likely]).tolist()
+    share = softmax([value for value, _ in likely]).tolist()
     filters = [filter_ for _, filter_ in likely]
     return list(zip(share, filters, strict=True)), float(expit(log_filtered - log_other))
 
@@ -195,9 +193,8 @@ class _Spectra:
     """
 
     def __init__(self, signal: Array, rows: Array, angle: float, order: int) -> None:
-        self._n = n = signal.size
         self._amplitude = float(np.max(np.abs(signal)))
-        place, phase = np.linspace(-1.0, 1.0, n), angle * np.arange(n)
+        place, phase = np.linspace(-1.0, 1.0, signal.size), angle * np.arange(signal.size)
         swings = np.polynomial.legendre.legvander(place, _SWINGS)
         slow = [
             np.polynomial.legendre.legvander(place, _DRIFT),
@@ -206,30 +203,29 @@ class _Spectra:
         ]
         self._slow = np.asarray(np.hstack(slow).T, np.float64)
         left = self._left(signal, rows)
-        coefficients, variances = burg_recursion(left / math.sqrt(float(left @ left) / n), most_lags(n))
-        colour = Autoregression(coefficients[-1], float(variances[-1]))
-        self._whitener = np.append(1.0, -colour.coefficients)
+        left /= math.sqrt(float(left @ left) / left.size)
+        coefficients, _ = burg_recursion(left, most_lags(signal.size))
+        self._whitener = np.append(1.0, -coefficients[-1])
+        # what is left is of a length whose transforms are fast
+        self._n = n = _LOBE * prev_fast_len((signal.size - self._whitener.size + 1) // _LOBE, real=True)
         self._slow = self.whitened(self._slow)
         # twice as fine as the Fourier frequencies: no lag of a taper is missed
         grid = math.pi * np.arange(n + 1) / n
-        self._grid, self._gain = grid, colour.innovation_variance / colour.spectrum(grid)
+        self._grid, self._gain = grid, np.abs(self.whitener_at(grid)) ** 2
         self._window = irfft(np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0))
         self._places = np.arange(_LOBE, n // 2 - _LOBE, _LOBE)
         self._places = self._places[2.0 * math.pi * self._places / n > _ABOVE * angle]
         # the transform at multiples of a frequency is that of as many parts of the samples added up
         self._parts = _tapers(n).reshape(_TAPERS, _LOBE, -1)
         self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
-        # by the autoregression: to choose estimates by their own size would favour the larger ones
-        strength = np.mean(self._noise) / self._gain[2 * self._places] if self._places.size else self._noise
-        least = max((_EXACT_TO * self._amplitude) ** 2, _FAINTEST * np.max(strength, initial=0.0))
-        loud = strength > least
-        self._places, self._noise = self._places[loud], self._noise[loud]
-        phase = self._omega / angle
-        resonance = phase ** (2 * order) / (phase * phase - 1.0) ** 2
-        integrator = math.tan(0.5 * _ABOVE * angle) / np.tan(0.5 * self._omega)
-        self._others = [np.ones_like(phase)]
-        self._others += [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES]
-        self._others += [integrator**power for power in _INTEGRATED]
+        self._white = self._expected(np.ones_like(grid))
+        gain = self._gain[2 * self._places]
+        strongest = float(np.max(self._noise / gain, initial=0.0))
+        # the noise misplaces the motion to first order by its share of that, which columns describe, and to
+        # second order by the square of the share
+        second = (strongest / self._amplitude) ** 2 / n
+        self._least = gain * max((_EXACT_TO * self._amplitude) ** 2, second)
+        self._angle, self._order = angle, order
 
     @property
     def empty(self) -> bool:
@@ -246,14 +242,19 @@ class _Spectra:
         power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         white = self._gain[2 * self._places]
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
-        kinds = [own - colour.penalty, *(self._averaged(power, white * each, white) for each in self._others)]
+        phase = self._omega / self._angle
+        resonance = phase ** (2 * self._order) / (phase * phase - 1.0) ** 2
+        integrator = math.tan(0.5 * _ABOVE * self._angle) / np.tan(0.5 * self._omega)
+        others = [np.ones_like(phase), *(integrator**power for power in _INTEGRATED)]
+        others += [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES]
+        kinds = [own - colour.penalty, *(self._averaged(power, white * each, white) for each in others)]
         return _log_sum(kinds) - math.log(len(kinds)) - self._price(len(rows))
 
     def of_noise(self, filter_: RecordingFilter) -> float:
         """Log evidence of a filter if corners have any shape, by the noise alone."""
         return self._of_response(self._noise, filter_)
 
-    def behind(self, signal: Array, shown: Array, filter_: RecordingFilter, start: int) -> float:
+    def behind(self, signal: Array, shown: Array, memory: Array, filter_: RecordingFilter) -> float:
         """Log evidence of a filter.
 
         Parameters
@@ -261,15 +262,12 @@ class _Spectra:
         signal : ndarray, shape (n,)
             Whitened.
         shown : ndarray, shape (p + 1, n)
-            Columns of the law behind it, the last one known, whitened; their first samples become zero, as
-            those of the signal are.
+            Columns of the law behind the filter, the last one known, whitened.
+        memory : ndarray, shape (q, samples)
+            Of the filter, not whitened.
         filter_ : RecordingFilter
-        start : int
-            Samples before the first.
         """
-        shown[:, : self._whitener.size - 1] = 0.0
         rows = shown[:-1]
-        memory = filter_.memory(start + self._n).T[:, start:]
         if len(memory):
             rows = np.vstack([rows, self.whitened(memory)])
         left = self._left(signal - shown[-1], rows)
@@ -282,12 +280,11 @@ class _Spectra:
         return np.asarray(np.exp(-1j * np.multiply.outer(omega, lags)) @ self._whitener)
 
     def whitened(self, rows: Array) -> Array:
-        """Rows behind the whitening filter, zero as long as that does not know what was before."""
-        lost, n = self._whitener.size - 1, rows.shape[-1]
-        size = next_fast_len(n + lost, real=True)
-        white = np.asarray(irfft(rfft(rows, size) * rfft(self._whitener, size), size)[..., :n])
-        white[..., :lost] = 0.0
-        return white
+        """Last samples of rows behind the whitening filter, as many as it knows enough before."""
+        samples = rows.shape[-1]
+        size = next_fast_len(samples, real=True)
+        white = irfft(rfft(rows, size) * rfft(self._whitener, size), size)
+        return np.asarray(white[..., samples - self._n : samples])
 
     def _left(self, signal: Array, rows: Array) -> Array:
         """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
@@ -320,19 +317,25 @@ class _Spectra:
         shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
         return self._averaged(power, shape, self._white)
 
-    @cached_property
-    def _white(self) -> Array:
-        return self._expected(np.ones_like(self._grid))
-
     def _averaged(self, power: Array, shape: Array, white: Array) -> float:
         """Log likelihood of expected estimates, (frequencies,), averaged over white noise that came later."""
         shapes = shape + _LATER[:, None] * white
         return _log_sum(self._log_likelihood(power, shapes)) - math.log(_LATER.size)
 
     def _log_likelihood(self, power: Array, shapes: Array) -> Array:
-        """For spectra of these shapes, (m, frequencies), the level of each fitted."""
-        level = np.mean(power / shapes, axis=1, keepdims=True)
-        return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
+        """For spectra of these shapes, (m, frequencies), the level of each fitted where power shows.
+
+        Where it does not show, it is known to be less than the least that does, with any phases.
+        """
+        shows = power > self._least
+        if not shows.any():
+            shows[:] = True
+        level = np.mean(power[shows] / shapes[:, shows], axis=1, keepdims=True)
+        least, expected = self._least[~shows], level * shapes[:, ~shows]
+        hidden = np.log(np.maximum(gammainc(_TAPERS, _TAPERS * least / expected), _SMALLEST))
+        hidden += math.lgamma(_TAPERS + 1) - _TAPERS * np.log(_TAPERS * least)
+        seen = -_TAPERS * (np.log(level * shapes[:, shows]) + 1.0)
+        return np.asarray(seen.sum(axis=1) + hidden.sum(axis=1))
 
 
 def _residual(signal: Array, rows: Array) -> Array:

@@ -8,11 +8,13 @@ is taken less the delay at the motion's own frequency.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from friction_bayes.core.arrays import Array, Complexes, Indices
@@ -21,6 +23,7 @@ __all__ = [
     "FilterKind",
     "RecordingFilter",
     "Through",
+    "blended",
     "jump_columns",
     "kinds_for",
     "margin",
@@ -29,8 +32,8 @@ __all__ = [
 
 _LONGEST_MEAN, _LONGEST_POLYNOMIAL = 0.25, 0.5
 """Windows over the period: a moving mean of that length takes a tenth of the amplitude."""
-_LOWEST_CORNER = 3.0
-"""Of a low pass, over the motion's frequency: one of first order takes a twentieth there."""
+_LOWEST_CORNER = 1.5
+"""Of a low pass, over the motion's frequency: one of first order takes a sixth there."""
 _COUPLING = (0.01, 0.5)
 """Corners of an AC coupling over the motion's frequency: 5e-5 and a tenth are what these take."""
 _APART = 1.03
@@ -45,6 +48,8 @@ _MARGIN = 0.25
 """Share of a period at either end, where a filter has too few samples."""
 _LET_THROUGH = 0.3
 """Share of the amplitude below which a frequency is not let through."""
+_MOST_DOUBTS, _SAME = 3, 1e-9
+"""How many components of the differences between filters are kept, and variance of those that are none."""
 _FORGOTTEN = 1e-4
 """Share of what came when it is not known that a filter may still show where it is taken to be forgotten."""
 
@@ -68,8 +73,9 @@ class RecordingFilter:
     settling : ndarray of complex, shape (p,)
         Rates at which it forgets what was before the recording [1/sample], one of each conjugate pair; none
         where that is within the :func:`margin`.
-    neighbour : callable or None
-        Response of the next filter of its kind; None where sizes are counted and one of them is right.
+    doubts : tuple of callable
+        Differences to what may be the right response, without delay, one standard deviation each: of the next
+        filter of its kind, where a size in between may be the right one.
     log_prior : float
         Logarithm of the prior probability that a record went through it.
     """
@@ -78,7 +84,7 @@ class RecordingFilter:
     response: Response = field(compare=False)
     angle: float = field(compare=False)
     settling: Complexes = field(default_factory=lambda: np.empty(0, np.complex128), compare=False)
-    neighbour: Response | None = field(default=None, compare=False)
+    doubts: tuple[Response, ...] = field(default=(), compare=False)
     log_prior: float = field(default=0.0, compare=False)
 
     @cached_property
@@ -98,11 +104,6 @@ class RecordingFilter:
         """Response at frequencies, shape (m,), less the delay that the motion has."""
         response, delay = self.response(omega), np.angle(self._at_motion) / self.angle
         return response if delay == 0.0 else response * np.exp(-1j * omega * delay)
-
-    @property
-    def next(self) -> RecordingFilter | None:
-        """The next filter of its kind, where a size in between may be the right one."""
-        return None if self.neighbour is None else replace(self, response=self.neighbour, neighbour=None)
 
     def undone(self, noise: Array) -> Array:
         """Noise, shape (n,), as strong as it was before the filter, at frequencies that were let through."""
@@ -147,9 +148,59 @@ class Through:
 
     def rows(self, filter_: RecordingFilter, another: Complexes | float = 1.0) -> Array:
         """The same, a row each, shape (p, n), as the transform provides them; behind another response too."""
-        response = filter_.without_delay(self.omega) * another
+        return self._behind(filter_.without_delay(self.omega) * another)
+
+    def doubts(self, filter_: RecordingFilter) -> Array:
+        """Columns behind each of the filter's doubts, those of the first doubt first, shape (n, doubts p)."""
+        shown = [self._behind(doubt(self.omega)) for doubt in filter_.doubts]
+        return np.ascontiguousarray(np.concatenate(shown or [np.empty((0, self._n))]).T)
+
+    def _behind(self, response: NDArray[Any]) -> Array:
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])
+
+
+def blended(filters: Sequence[tuple[float, RecordingFilter]], read: Array) -> RecordingFilter:
+    """The mean of filters that a record may have gone through, in doubt as they differ.
+
+    Parameters
+    ----------
+    filters : sequence of (float, RecordingFilter)
+        With their probabilities among themselves. The first, the most probable, lends its name and memory.
+    read : ndarray, shape (n,)
+        The motion as the sensor reads it: doubts are the principal components of its differences.
+
+    Returns
+    -------
+    RecordingFilter
+        As probable beforehand as all filters that are about as probable as the first.
+    """
+    first = filters[0][1]
+    shares, members = [share for share, _ in filters], [each for _, each in filters]
+    mean = _combined(shares, [each.without_delay for each in members])
+    apart = [_combined([1.0, -1.0], [each.without_delay, mean]) for each in members if len(members) > 1]
+    weights = shares[: len(apart)]
+    for share, each in filters:
+        apart += each.doubts
+        weights += [share] * len(each.doubts)
+    if not apart:
+        return first
+    apart = [_combined([math.sqrt(weight)], [each]) for weight, each in zip(weights, apart, strict=True)]
+    log_prior = first.log_prior - math.log(shares[0])
+    whole = replace(first, response=mean, doubts=tuple(apart), log_prior=log_prior)
+    shown = Through(read[:, None]).doubts(whole)
+    variance, directions = np.linalg.eigh(shown.T @ shown)
+    kept = directions[:, variance > _SAME * variance[-1]].T[::-1][:_MOST_DOUBTS]
+    return replace(whole, doubts=tuple(_combined(each, apart) for each in kept))
+
+
+def _combined(weights: Iterable[float], responses: Sequence[Response]) -> Response:
+    """Sum of responses with weights."""
+
+    def response(omega: Array) -> Array:
+        return np.asarray(sum(weight * each(omega) for weight, each in zip(weights, responses, strict=True)))
+
+    return response
 
 
 def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
@@ -165,14 +216,10 @@ def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
     -------
     memory : ndarray, shape (n, p)
         See :meth:`RecordingFilter.memory`.
-    offset : ndarray, shape (n, 0 or 1)
-        The difference to the next filter of its kind.
+    doubts : ndarray, shape (n, q)
+        See :attr:`RecordingFilter.doubts`.
     """
-    memory = filter_.memory(read.size)
-    if filter_.next is None:
-        return memory, np.empty((read.size, 0))
-    through = Through(read[:, None])
-    return memory, through(filter_.next) - through(filter_)
+    return filter_.memory(read.size), Through(read[:, None]).doubts(filter_)
 
 
 def jump_columns(filter_: RecordingFilter, places: Indices, samples: int) -> Array:
@@ -301,10 +348,11 @@ def _of_corner(
     """
 
     def of(corner: float) -> RecordingFilter:
-        own, neighbour = (partial(response, corner=each) for each in (corner, corner / _APART))
         all_rates = rates(corner)
         slow = all_rates[np.exp(all_rates.real * margin(angle)) > _FORGOTTEN]
-        return RecordingFilter(words(corner / angle), own, angle, settling=slow, neighbour=neighbour)
+        own = RecordingFilter(words(corner / angle), partial(response, corner=corner), angle, settling=slow)
+        neighbour = replace(own, response=partial(response, corner=corner / _APART))
+        return replace(own, doubts=(_combined([1.0, -1.0], [neighbour.without_delay, own.without_delay]),))
 
     highest = min(between[1] * angle, _HIGHEST_CORNER * math.pi)
     return FilterKind(_corners(between[0] * angle, highest), of, has_zeros=False)

@@ -190,8 +190,8 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     assert filter_ is not None
     shown, sizes = through(filter_), draws.coefficients[which].T
     kinds = np.array([column.kind for column in law.columns])
-    if filter_.next is not None:
-        shown = shown + (through(filter_.next) - shown) * sizes[kinds == "filter"]
+    doubts = through.doubts(filter_).reshape(len(motion), -1, len(motions))
+    shown = shown + np.einsum("njk,jk->nk", doubts, sizes[kinds == "filter"])
     shown = shown + filter_.memory(len(motion)) @ sizes[kinds == "memory"]
     return np.asarray((shown - motion)[before.shape[1] :].T)
 

@@ -182,7 +182,7 @@ class LawColumns:
     def behind(self, filter_: RecordingFilter) -> LawColumns:
         """The same after a filter, except lines and the zero of the recording.
 
-        With what the filter still has of the time before the record, and how far its size is from the next's.
+        With what the filter still has of the time before the record, and its doubts.
         """
         moved = [j for j, c in enumerate(self.columns) if c.effect not in SENSOR_ZERO and c.line is None]
         behind = replace(self, filter=filter_)
@@ -191,9 +191,9 @@ class LawColumns:
             self.sensor.copy(),
         )
         sensor[:, moved] = shown[:, :-1]
-        memory, offset = own_columns(filter_, self.read.values)
+        memory, doubts = own_columns(filter_, self.read.values)
         own = [(LawColumn("memory", self.columns[0].scale), each) for each in memory.T]
-        own += [(LawColumn("filter", 1.0), each) for each in offset.T]
+        own += [(LawColumn("filter", 1.0), each) for each in doubts.T]
         return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(own)
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:

@@ -11,14 +11,14 @@ import numpy as np
 from friction_bayes.core.arrays import Mask
 from friction_bayes.estimators.noise.filter_evidence import likely_filters
 from friction_bayes.estimators.noise.free_corners import corner_columns
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.infer.moving_record import LawAlongMotion
 
 __all__ = ["filter_of"]
 
 
 def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilter | None:
-    """The most probable filter of a record; None where it is less probable than none.
+    """The mean of a record's probable filters, with their differences; None where none is as probable.
 
     Forces other than friction are represented by a swing of varying amplitude and phase: above the motion's
     frequency they are small next to the corners.
@@ -40,4 +40,4 @@ def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilt
     signal = np.where(missing, np.nan, found.regression.target + law.known)
     angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
     filters, probability = likely_filters(signal, law.known, plain, corners, angle, order)
-    return filters[0][1] if probability > 0.5 else None
+    return blended(filters, law.read.values) if probability > 0.5 else None
