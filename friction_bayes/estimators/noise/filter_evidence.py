@@ -43,13 +43,16 @@ __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
-_EXACT_TO = 1e-8
-"""Of the amplitude, to which columns of a motion are exact: noise that is less does not show."""
 _SMALLEST = 1e-300
 """Least probability that has a logarithm."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it."""
+_LEAKED = 1e-6
+"""Of the strongest power, which tapers show far beyond their bandwidth, the same everywhere."""
+_AS_DESIGNED = 1e-8
+"""The same of the recorded power, down to which filters are as designed: weights are truncated (of a normal
+density at four standard deviations) and coefficients rounded."""
 _LOBE = int(2 * _BANDWIDTH)
 """Width of a taper's main lobe, in frequencies of the record: estimates that share none are independent."""
 _ABOVE = 2.0
@@ -71,7 +74,7 @@ _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
-_PRIOR = 0.01
+_PRIOR = 0.1
 """Prior probability that noise which is not white was filtered in one of the ways known here."""
 
 
@@ -202,13 +205,16 @@ class _Spectra:
             swings * np.sin(phase)[:, None],
         ]
         self._slow = np.asarray(np.hstack(slow).T, np.float64)
-        left = self._left(signal, rows)
-        left /= math.sqrt(float(left @ left) / left.size)
-        coefficients, _ = burg_recursion(left, most_lags(signal.size))
+        left = _residual(signal, np.vstack([rows, self._slow]))
+        coefficients, _ = burg_recursion(
+            left / math.sqrt(float(left @ left) / left.size), most_lags(signal.size)
+        )
         self._whitener = np.append(1.0, -coefficients[-1])
         # what is left is of a length whose transforms are fast
-        self._n = n = _LOBE * prev_fast_len((signal.size - self._whitener.size + 1) // _LOBE, real=True)
+        self._n = n = _LOBE * prev_fast_len((signal.size - self._whitener.size + 1) // _LOBE)
         self._slow = self.whitened(self._slow)
+        # a column of which whitening leaves nothing but rounding explains nothing
+        self._noise_over_size = float(np.std(self.whitened(left))) / self._amplitude
         # twice as fine as the Fourier frequencies: no lag of a taper is missed
         grid = math.pi * np.arange(n + 1) / n
         self._grid, self._gain = grid, np.abs(self.whitener_at(grid)) ** 2
@@ -220,11 +226,8 @@ class _Spectra:
         self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         self._white = self._expected(np.ones_like(grid))
         gain = self._gain[2 * self._places]
-        strongest = float(np.max(self._noise / gain, initial=0.0))
-        # the noise misplaces the motion to first order by its share of that, which columns describe, and to
-        # second order by the square of the share
-        second = (strongest / self._amplitude) ** 2 / n
-        self._least = gain * max((_EXACT_TO * self._amplitude) ** 2, second)
+        strongest, loudest = (float(np.max(each, initial=0.0)) for each in (self._noise, self._noise / gain))
+        self._least = np.maximum(_LEAKED * strongest, _AS_DESIGNED * loudest * gain)
         self._angle, self._order = angle, order
 
     @property
@@ -288,7 +291,7 @@ class _Spectra:
 
     def _left(self, signal: Array, rows: Array) -> Array:
         """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
-        return _residual(signal, np.vstack([rows, self._slow]))
+        return _residual(signal, np.vstack([rows, self._slow]), self._noise_over_size)
 
     def _price(self, coefficients: int) -> float:
         """Penalty for fitted coefficients, by the Bayesian information criterion."""
@@ -300,7 +303,7 @@ class _Spectra:
             return 0.0
         sums = _sums(np.vstack([self._slow, rows[:-count]]), rows[-count:])
         sums[np.diag_indices_from(sums)] *= 1.0 + RIDGE
-        known = self._amplitude**2 * self._n / float(left @ left)
+        known = 1.0 / self._noise_over_size**2
         own = np.linalg.cholesky(sums)[-count:, -count:]
         return 0.5 * float(np.linalg.slogdet(np.eye(count) + known * own @ own.T)[1])
 
@@ -331,16 +334,24 @@ class _Spectra:
         if not shows.any():
             shows[:] = True
         level = np.mean(power[shows] / shapes[:, shows], axis=1, keepdims=True)
-        least, expected = self._least[~shows], level * shapes[:, ~shows]
-        hidden = np.log(np.maximum(gammainc(_TAPERS, _TAPERS * least / expected), _SMALLEST))
+        least = self._least[~shows]
+        below = gammainc(_TAPERS, _TAPERS * least / (level * shapes[:, ~shows]))
+        hidden = np.log(np.maximum(below, _SMALLEST))
         hidden += math.lgamma(_TAPERS + 1) - _TAPERS * np.log(_TAPERS * least)
         seen = -_TAPERS * (np.log(level * shapes[:, shows]) + 1.0)
         return np.asarray(seen.sum(axis=1) + hidden.sum(axis=1))
 
 
-def _residual(signal: Array, rows: Array) -> Array:
-    """What least squares of rows leave of a signal."""
-    return np.asarray(signal - near_least_squares(_sums(rows, signal)) @ rows)
+def _residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> Array:
+    """What least squares of rows leave of a signal, if coefficients have that size, over the noise.
+
+    The second fit takes what the first one left for its rounding.
+    """
+    for _ in range(2):
+        sums = _sums(rows, signal)
+        sums[np.diag_indices(len(rows))] += noise_over_size**2
+        signal = signal - near_least_squares(sums) @ rows
+    return signal
 
 
 def _sums(rows: Array, last: Array) -> Array:
