@@ -219,7 +219,9 @@ class Problem:
         return self._known[ratio, tau]
 
     def _evaluated(self, ratio: float, tau: float) -> SetEvidences:
-        parts = [part.among(self._possible) for part in self._bounds(ratio, tau)]
+        parts = self._bounds(ratio, tau)
+        if not self._possible.all():
+            parts = [part.among(self._possible) for part in parts]
         if len(parts) == 1:
             # of all sets: their noise is kept once
             (part,) = parts
@@ -364,19 +366,23 @@ class Problem:
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
-        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1).
+
+        Of all together, (1, p + 1, p + 1), where no coefficient is a record's own.
+        """
         grams, log_determinant, used = [], 0.0, 0
         for member in self.members:
             record = member.regression.whiten_at(member.ratio(ratio), tau)
             grams.append(record.gram / member.noise**2)
             log_determinant += record.log_determinant + record.used * math.log(member.noise**2)
             used += record.used
-        return np.array(grams), log_determinant, used
+        together = [sum(grams)] if self.all_shared else grams
+        return np.array(together), log_determinant, used
 
     def _full_noise2(self, grams: Array, used: int) -> float:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
         if self.all_shared:
-            return max(full_noise2(Whitened(grams.sum(axis=0), 0.0, used)), self.least_noise2)
+            return max(full_noise2(Whitened(grams[0], 0.0, used)), self.least_noise2)
         deviating = np.unique(self._deviating)
         own = self._columns(self.own, deviating[deviating >= 0], float(self.spread.sd.max()))
         left = eliminate(grams, own, 0.0)
@@ -385,8 +391,8 @@ class Problem:
     def _eliminated(self, grams: Array, own: OwnColumns, lam: float) -> Eliminated:
         """Integrate out own columns, deviations among them."""
         if self.all_shared:
-            none = np.zeros((len(grams), 0, grams.shape[2]))
-            return Eliminated(grams.sum(axis=0), 0.0, none[:, :, :0], none)
+            none = np.zeros((len(self.members), 0, grams.shape[2]))
+            return Eliminated(grams[0], 0.0, none[:, :, :0], none)
         return eliminate(grams, own, lam)
 
     def _own_columns(self, row: int) -> OwnColumns:
