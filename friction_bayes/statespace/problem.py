@@ -361,7 +361,7 @@ class Problem:
         parts = []
         for each in range(int(self._part_of_set.max()) + 1):
             mine = np.flatnonzero(self._part_of_set == each)
-            sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
+            sets = np.ascontiguousarray(self.sets[mine][:, self.shared])
             parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0]))))
         return parts
 
