@@ -141,11 +141,11 @@ def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
             for each in own:
                 mask |= each
             if bent:
-                evaluated = ((mask, 0.0),)
+                evaluated = [(mask, 0.0)]
             elif mask & of_friction:
-                evaluated = ((mask | dry_friction, 0.0),)
+                evaluated = [(mask | dry_friction, 0.0)]
             else:
-                evaluated = ((mask | dry_friction, rubs), (mask, idles))
+                evaluated = [(mask | dry_friction, rubs), (mask, idles)]
             for of_set, log_share in evaluated:
                 found.append(together)
                 masks.append(of_set)
