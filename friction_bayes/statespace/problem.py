@@ -171,10 +171,15 @@ class Problem:
         ]
         return Problem(members, self.own, self.spread)
 
-    @property
+    @cached_property
     def reference(self) -> Array:
         """Shared coefficients near the records, in units of ``scale``, shape (s,)."""
         return np.asarray(self.references[0, self.shared])
+
+    @cached_property
+    def _positive(self) -> Mask:
+        """Which shared coefficients have to be positive, shape (s,)."""
+        return np.asarray(self.positive[self.shared])
 
     @cached_property
     def used(self) -> int:
@@ -225,14 +230,12 @@ class Problem:
         if len(parts) == 1:
             # of all sets: their noise is kept once
             (part,) = parts
-            return evaluate_bounded(
-                part.whitened, self.reference, self.positive[self.shared], part.sets, part.bounds
-            )
+            return evaluate_bounded(part.whitened, self.reference, self._positive, part.sets, part.bounds)
         log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
         best = -math.inf
         for part in sorted(parts, key=lambda part: -part.bounds.log_weight.max()):
             found = evaluate_bounded(
-                part.whitened, self.reference, self.positive[self.shared], part.sets, part.bounds, best
+                part.whitened, self.reference, self._positive, part.sets, part.bounds, best
             )
             best = max(best, float(found.log_weight.max()))
             log_weight[part.mine], noise2[part.mine] = found.log_weight, found.noise2
@@ -248,15 +251,15 @@ class Problem:
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
         parts = []
-        for mine, sets, nested, own in self._parts:
+        for mine, sets, nested, own, log_prior in self._parts:
             left = self._eliminated(grams, own, lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
             bounds = bound_sets(
                 whitened,
                 self.reference,
-                self.positive[self.shared],
+                self._positive,
                 sets,
-                self.log_prior[mine],
+                log_prior,
                 least_noise2=self.least_noise2,
                 lam=lam,
                 nested=nested,
@@ -356,13 +359,14 @@ class Problem:
         return np.unique(same, axis=0, return_inverse=True)[1]
 
     @cached_property
-    def _parts(self) -> list[tuple[Integers, Mask, NestedSets, OwnColumns]]:
-        """Of each part the places of its sets, their shared columns, these nested, and the own columns."""
+    def _parts(self) -> list[tuple[Integers, Mask, NestedSets, OwnColumns, Array]]:
+        """Of each part the places of its sets, shared columns, these nested, own ones, log priors."""
         parts = []
         for each in range(int(self._part_of_set.max()) + 1):
             mine = np.flatnonzero(self._part_of_set == each)
-            sets = np.ascontiguousarray(self.sets[mine][:, self.shared])
-            parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0]))))
+            sets, log_prior = np.ascontiguousarray(self.sets[mine][:, self.shared]), self.log_prior[mine]
+            sets.flags.writeable = log_prior.flags.writeable = False
+            parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0])), log_prior))
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:

@@ -179,6 +179,8 @@ def _nested(rows: bytes, shape: tuple[int, int]) -> NestedSets:
 
 def _read_only(array: _Values) -> _Values:
     """Read-only view, as the stored arrays are read-only: numba compiles for one kind alone."""
+    if not array.flags.writeable:
+        return array
     view = array.view()
     view.flags.writeable = False
     return view
