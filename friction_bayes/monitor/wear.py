@@ -109,8 +109,7 @@ def default_wear_prior(times: Array, friction: Array) -> WearPrior:
     return WearPrior(wander=_WANDER * size / span, scatter=_SCATTER * size)
 
 
-# error_model: a check of every division for a zero would keep the nodes from being taken together
-@njit(**KERNEL, error_model="numpy")
+@njit(**KERNEL)
 def _filter(
     times: Array, friction: Array, sd: Array, wander: Array, scatter: Array, prior: Array
 ) -> tuple[Array, Array]:

@@ -301,38 +301,44 @@ def _close(first: Array, second: Array, added: float) -> bool:
     return True
 
 
-@njit(**KERNEL)
+@njit(**KERNEL, fastmath={"contract"})
 def coloured_innovations(
     columns: Array, index: Indices, transitions: Array, rows: Array, coefficients: Array, gains: Array
 ) -> Array:
     """Whitened innovations of every column, shape (n, q), zero in samples that are not used."""
     n, q = columns.shape
     p = coefficients.size
-    m = 3 + p
     white = np.zeros((n, q))
-    state, after = np.zeros((m, q)), np.zeros((m, q))
+    x, v, d = np.zeros(q), np.zeros(q), np.zeros(q)
+    # row i + p is that of sample i as far as it is known: the last p rows are states, and none has to move
+    noise = np.zeros((n + p, q))
     changes = len(rows) > 1
+    row0, row1, row2 = rows[0, 0], rows[0, 1], rows[0, 2]
     for i in range(n):
-        if i > 0:
-            f = transitions[index[i - 1]]
+        # the states are zero before the first sample, whatever the step
+        f = transitions[index[max(i - 1, 0)]]
+        f00, f01, f02, f10, f11, f12, f22 = f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2]
+        if changes:
+            row0, row1, row2 = rows[i, 0], rows[i, 1], rows[i, 2]
+        now = noise[i + p]
+        for k in range(p):
+            share, before = coefficients[k], noise[i + p - 1 - k]
             for j in range(q):
-                total = 0.0
-                for k in range(p):
-                    total += coefficients[k] * state[3 + k, j]
-                after[3, j] = total
-                for a in range(3):
-                    after[a, j] = f[a, 0] * state[0, j] + f[a, 1] * state[1, j] + f[a, 2] * state[2, j]
-            for k in range(1, p):
-                for j in range(q):
-                    after[3 + k, j] = state[2 + k, j]
-            state, after = after, state
-        scale = gains[i, m]
-        if scale > 0.0:
-            row = rows[i if changes else 0]
+                now[j] += share * before[j]
+        k0, k1, k2, scale = gains[i, 0], gains[i, 1], gains[i, 2], gains[i, 3 + p]
+        sample, innovation = columns[i], white[i]
+        used = scale > 0.0
+        for j in range(q):
+            xj = f00 * x[j] + f01 * v[j] + f02 * d[j]
+            vj = f10 * x[j] + f11 * v[j] + f12 * d[j]
+            dj = f22 * d[j]
+            e = (sample[j] - row0 * xj - row1 * vj - row2 * dj - now[j]) * scale if used else 0.0
+            innovation[j] = e
+            x[j] = xj + k0 * e
+            v[j] = vj + k1 * e
+            d[j] = dj + k2 * e
+        for k in range(p):
+            gain, before = gains[i, 3 + k], noise[i + p - k]
             for j in range(q):
-                e = columns[i, j] - row[0] * state[0, j] - row[1] * state[1, j] - row[2] * state[2, j]
-                white[i, j] = (e - state[3, j]) * scale
-            for a in range(m):
-                for j in range(q):
-                    state[a, j] += gains[i, a] * white[i, j]
+                before[j] += gain * innovation[j]
     return white

@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 from scipy.optimize import minimize
-from scipy.special import logsumexp
 
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array, Mask
@@ -75,8 +74,11 @@ class Posterior:
     def __init__(self, problem: Problem, points: list[GridPoint]) -> None:
         self.problem, self.points = problem, points
         joint = np.array([point.found.log_weight + point.log_volume for point in points])
-        self.log_evidence = float(logsumexp(joint))
-        self.weight = np.exp(joint - self.log_evidence)
+        highest = float(joint.max())
+        weight = np.exp(joint - highest)
+        total = float(weight.sum())
+        self.log_evidence = highest + math.log(total)
+        self.weight = weight / total
         self.ratio = np.array([point.ratio for point in points])
         self.tau = np.array([point.tau for point in points])
         self.noise = np.array([point.noise for point in points])
@@ -249,7 +251,7 @@ class _Density:
         """Grid point of a place: the problem remembers what was evaluated there."""
         ratio, tau = self.force(place)
         found = self.problem.evaluate(ratio, tau)
-        noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
+        noise = math.sqrt(found.noise2[found.log_weight.argmax()])
         log_prior = self.prior.log_density(ratio * noise, tau)
         return GridPoint(ratio=ratio, tau=tau, log_volume=log_cell + log_prior, found=found)
 

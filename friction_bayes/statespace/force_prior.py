@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.subset_evidence import SetEvidences
 
@@ -52,7 +52,7 @@ class ForcePrior:
         """The prior without a random force."""
         return replace(self, none=1.0)
 
-    def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
+    def log_density(self, q: float | Array, tau: float | Array) -> Any:
         """Log density in ``(log q, log tau)`` of the part with a force, its probability included.
 
         Broadcasts over ``q`` and ``tau``; minus infinity beyond the bounds of ``tau``.
@@ -62,7 +62,8 @@ class ForcePrior:
         z = (np.log(q) - math.log(self.centre)) / self.spread
         flat = math.log(self.spread) + math.log(math.log(self.tau_high / self.tau_low))
         value = math.log1p(-self.none) - 0.5 * (z * z + math.log(2.0 * math.pi)) - flat
-        inside = (np.asarray(tau) >= self.tau_low) & (np.asarray(tau) <= self.tau_high)
+        # few calls of NumPy: every point of a grid comes here
+        inside = (self.tau_low <= tau) & (tau <= self.tau_high)
         return np.where(inside, value, -math.inf)[()]
 
 
@@ -96,7 +97,6 @@ class GridPoint:
         return float(np.sqrt(self.found.noise2[self.chosen]))
 
 
-def at_resonance(tau: ArrayLike) -> Any:
+def at_resonance(tau: float | Array) -> Any:
     """Square root of the spectral density at resonance of a force of unit sd and correlation time ``tau``."""
-    phase = np.asarray(tau, dtype=np.float64)
-    return np.sqrt(2.0 * phase / (1.0 + phase * phase))[()]
+    return (2.0 * tau / (1.0 + tau * tau)) ** 0.5

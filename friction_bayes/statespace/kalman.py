@@ -18,12 +18,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.arrays import ZERO, Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.coloured_noise import (
@@ -192,7 +193,7 @@ class Clock:
         """Whether all steps are equal, as closely as noise from sample to sample requires."""
         return bool(np.ptp(self.steps) < _EVEN * float(np.mean(self.steps)))
 
-    @property
+    @cached_property
     def error_steps(self) -> ErrorSteps:
         """The sensor's error over the steps of :meth:`forced_steps`."""
         distinct, square = np.exp(-self.steps / self.error.tau), self.error.ratio**2
@@ -272,12 +273,11 @@ def whiten(
         force, noise = clock.forced_steps(ratio, tau), clock.autoregression
         gains = coloured_gains(force, noise.lagged, rows, clock.variance)
         white = coloured_innovations(columns, force.step, force.transitions, rows, noise.coefficients, gains)
-    scale = gains[:, -1]
-    used = scale > 0.0
-    log_determinant = -2.0 * float(np.sum(np.log(scale[used])))
-    whitened = Whitened(white.T @ white, log_determinant, int(np.count_nonzero(used)))
+    whitened = Whitened(white.T @ white, *_log_determinant(gains))
     if not keep:
         return whitened
+    scale = gains[:, -1]
+    used = scale > 0.0
     variances = np.full(used.size, np.nan)
     variances[used] = scale[used] ** -2.0
     return replace(whitened, columns=white, variances=variances)
@@ -507,6 +507,21 @@ def filter_gains(
         else:
             cov = before
     return gains
+
+
+@njit(**KERNEL)
+def _log_determinant(gains: Array) -> tuple[float, int]:
+    """Of the innovations' variances, and of how many samples that are used; a logarithm where one changes."""
+    last = gains.shape[1] - 1
+    total, log_scale, before, used = 0.0, 0.0, 0.0, ZERO
+    for i in range(len(gains)):
+        scale = gains[i, last]
+        if scale > 0.0:
+            if scale != before:
+                before, log_scale = scale, math.log(scale)
+            total += log_scale
+            used += 1
+    return -2.0 * total, used
 
 
 @njit(**KERNEL, fastmath={"contract"})

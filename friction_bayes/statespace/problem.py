@@ -171,10 +171,15 @@ class Problem:
         ]
         return Problem(members, self.own, self.spread)
 
-    @property
+    @cached_property
     def reference(self) -> Array:
         """Shared coefficients near the records, in units of ``scale``, shape (s,)."""
         return np.asarray(self.references[0, self.shared])
+
+    @cached_property
+    def _positive(self) -> Mask:
+        """Which shared coefficients have to be positive, shape (s,)."""
+        return np.asarray(self.positive[self.shared])
 
     @cached_property
     def used(self) -> int:
@@ -219,18 +224,18 @@ class Problem:
         return self._known[ratio, tau]
 
     def _evaluated(self, ratio: float, tau: float) -> SetEvidences:
-        parts = [part.among(self._possible) for part in self._bounds(ratio, tau)]
+        parts = self._bounds(ratio, tau)
+        if not self._possible.all():
+            parts = [part.among(self._possible) for part in parts]
         if len(parts) == 1:
             # of all sets: their noise is kept once
             (part,) = parts
-            return evaluate_bounded(
-                part.whitened, self.reference, self.positive[self.shared], part.sets, part.bounds
-            )
+            return evaluate_bounded(part.whitened, self.reference, self._positive, part.sets, part.bounds)
         log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
         best = -math.inf
         for part in sorted(parts, key=lambda part: -part.bounds.log_weight.max()):
             found = evaluate_bounded(
-                part.whitened, self.reference, self.positive[self.shared], part.sets, part.bounds, best
+                part.whitened, self.reference, self._positive, part.sets, part.bounds, best
             )
             best = max(best, float(found.log_weight.max()))
             log_weight[part.mine], noise2[part.mine] = found.log_weight, found.noise2
@@ -246,15 +251,15 @@ class Problem:
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
         parts = []
-        for mine, sets, nested, own in self._parts:
+        for mine, sets, nested, own, log_prior in self._parts:
             left = self._eliminated(grams, own, lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
             bounds = bound_sets(
                 whitened,
                 self.reference,
-                self.positive[self.shared],
+                self._positive,
                 sets,
-                self.log_prior[mine],
+                log_prior,
                 least_noise2=self.least_noise2,
                 lam=lam,
                 nested=nested,
@@ -354,29 +359,34 @@ class Problem:
         return np.unique(same, axis=0, return_inverse=True)[1]
 
     @cached_property
-    def _parts(self) -> list[tuple[Integers, Mask, NestedSets, OwnColumns]]:
-        """Of each part the places of its sets, their shared columns, these nested, and the own columns."""
+    def _parts(self) -> list[tuple[Integers, Mask, NestedSets, OwnColumns, Array]]:
+        """Of each part the places of its sets, shared columns, these nested, own ones, log priors."""
         parts = []
         for each in range(int(self._part_of_set.max()) + 1):
             mine = np.flatnonzero(self._part_of_set == each)
-            sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
-            parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0]))))
+            sets, log_prior = np.ascontiguousarray(self.sets[mine][:, self.shared]), self.log_prior[mine]
+            sets.flags.writeable = log_prior.flags.writeable = False
+            parts.append((mine, sets, nest(sets), self._own_columns(int(mine[0])), log_prior))
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
-        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1).
+
+        Of all together, (1, p + 1, p + 1), where no coefficient is a record's own.
+        """
         grams, log_determinant, used = [], 0.0, 0
         for member in self.members:
             record = member.regression.whiten_at(member.ratio(ratio), tau)
             grams.append(record.gram / member.noise**2)
             log_determinant += record.log_determinant + record.used * math.log(member.noise**2)
             used += record.used
-        return np.array(grams), log_determinant, used
+        together = [sum(grams)] if self.all_shared else grams
+        return np.array(together), log_determinant, used
 
     def _full_noise2(self, grams: Array, used: int) -> float:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
         if self.all_shared:
-            return max(full_noise2(Whitened(grams.sum(axis=0), 0.0, used)), self.least_noise2)
+            return max(full_noise2(Whitened(grams[0], 0.0, used)), self.least_noise2)
         deviating = np.unique(self._deviating)
         own = self._columns(self.own, deviating[deviating >= 0], float(self.spread.sd.max()))
         left = eliminate(grams, own, 0.0)
@@ -385,8 +395,8 @@ class Problem:
     def _eliminated(self, grams: Array, own: OwnColumns, lam: float) -> Eliminated:
         """Integrate out own columns, deviations among them."""
         if self.all_shared:
-            none = np.zeros((len(grams), 0, grams.shape[2]))
-            return Eliminated(grams.sum(axis=0), 0.0, none[:, :, :0], none)
+            none = np.zeros((len(self.members), 0, grams.shape[2]))
+            return Eliminated(grams[0], 0.0, none[:, :, :0], none)
         return eliminate(grams, own, lam)
 
     def _own_columns(self, row: int) -> OwnColumns:

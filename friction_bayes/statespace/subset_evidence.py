@@ -18,6 +18,7 @@ integral.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -161,6 +162,13 @@ def nest(sets: Mask) -> NestedSets:
     Columns of many sets come first, the commonest before all, then the others from the rarest on: two
     sets that follow each other part late, where few columns are left to differ in.
     """
+    return _nested(sets.tobytes(), sets.shape)
+
+
+@lru_cache(maxsize=8)
+def _nested(rows: bytes, shape: tuple[int, int]) -> NestedSets:
+    """Of sets as bytes: rounds and motions of one record have the same."""
+    sets = np.frombuffer(rows, np.bool_).reshape(shape)
     share = sets.mean(axis=0)
     often = share >= _OFTEN
     columns = np.lexsort((np.where(often, -share, share), ~often))
@@ -171,6 +179,8 @@ def nest(sets: Mask) -> NestedSets:
 
 def _read_only(array: _Values) -> _Values:
     """Read-only view, as the stored arrays are read-only: numba compiles for one kind alone."""
+    if not array.flags.writeable:
+        return array
     view = array.view()
     view.flags.writeable = False
     return view

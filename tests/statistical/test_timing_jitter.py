@@ -8,9 +8,12 @@ one above 0.9, with a median of 1.00.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.special import expit
 
+from curtailed import at_least
 from unsteady_decays import RELEASE, fitted, jittered_record
 
 NOISE = 4e-5
@@ -18,22 +21,20 @@ AT_FULL_SPEED = NOISE / (RELEASE * 10.0)
 """Jitter [s] that makes as much noise as the sensor where the motion is fastest."""
 
 
-def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.ndarray:
+def probabilities(rng: np.random.Generator, jitter: float, count: int) -> Iterator[float]:
     """Of growing noise where there is no jitter, of jitter where there is."""
-    found = []
     for k in range(count):
         record = jittered_record(rng, jitter, NOISE, order=k % 2)
         fit = fitted(record, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset"))
         assert fit.growth is not None
         named = jitter == 0.0 or fit.growth.effect.name == "timing_jitter"
-        found.append(float(expit(fit.growth.log_odds)) if named else 0.0)
-    return np.array(found)
+        yield float(expit(fit.growth.log_odds)) if named else 0.0
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.all(probabilities(rng, 0.0, 10) < 0.5)
+    assert all(each < 0.5 for each in probabilities(rng, 0.0, 10))
 
 
 def test_jitter_as_large_as_the_noise_is_found(rng: np.random.Generator) -> None:
     # twice the noise at full speed: a decay is rarely at full speed
-    assert np.sum(probabilities(rng, 2.0 * AT_FULL_SPEED, 12) > 0.9) >= 10
+    assert at_least(10, (each > 0.9 for each in probabilities(rng, 2.0 * AT_FULL_SPEED, 12)))

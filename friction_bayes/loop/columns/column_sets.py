@@ -116,50 +116,60 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
 def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
     """The sets of a structure, which most rounds and most records share."""
     effects, starts = given.effects, accumulate(map(len, given.shapes), initial=0)
-    shapes = {
-        name: tuple(enumerate(own, start))
+    places = {
+        name: range(start, start + len(own))
         for name, own, start in zip(effects, given.shapes, starts, strict=False)
     }
-    always, dry_friction, of_friction = given.always, given.dry_friction, set(given.of_friction)
+    # thousands of sets: each is a number whose bits are its columns
+    shapes = {name: [_bits(each) for each in own] for name, own in zip(effects, given.shapes, strict=True)}
+    always, dry_friction, of_friction = map(_bits, (given.always, [given.dry_friction], given.of_friction))
     frictions = set(given.frictions)
     bends = {name for name, own in zip(effects, given.shapes, strict=True) if frictions & set(own[0])}
     rubs, idles = math.log1p(-known.no_dry_friction), math.log(known.no_dry_friction)
-    # thousands of sets: lists are filled, and all masks at once
     found: list[frozenset[str]] = []
-    columns: list[list[int]] = []
-    places: list[tuple[int, ...]] = []
+    masks: list[int] = []
+    taken: list[tuple[int, ...]] = []
     log_rub: list[float] = []
     for names in _named_sets(effects, known.most_at_once):
         bent = bends.intersection(names)
         if len(bent) > 1:
             continue
         together = frozenset(names)
-        for choice in product(*(shapes[name] for name in names)):
-            used = [*always, *chain.from_iterable(each for _, each in choice)]
+        chosen = product(*(places[name] for name in names))
+        for choice, own in zip(chosen, product(*(shapes[name] for name in names)), strict=True):
+            mask = always
+            for each in own:
+                mask |= each
             if bent:
-                evaluated = [(used, 0.0)]
-            elif of_friction.isdisjoint(used):
-                evaluated = [([*used, dry_friction], rubs), (used, idles)]
+                evaluated = [(mask, 0.0)]
+            elif mask & of_friction:
+                evaluated = [(mask | dry_friction, 0.0)]
             else:
-                evaluated = [([*used, dry_friction], 0.0)]
+                evaluated = [(mask | dry_friction, rubs), (mask, idles)]
             for of_set, log_share in evaluated:
                 found.append(together)
-                columns.append(of_set)
-                places.append(tuple(place for place, _ in choice))
+                masks.append(of_set)
+                taken.append(choice)
                 log_rub.append(log_share)
-    masks = _filled(np.zeros((len(found), given.columns), np.bool_), columns)
-    none, most = sum(map(len, given.shapes)), max(map(len, places))
-    taken = np.full((len(found), most), none)
-    taken[np.arange(most) < np.array([[len(own)] for own in places])] = list(chain.from_iterable(places))
-    return _Sets(tuple(found), masks, np.array([len(one) for one in found]), np.array(log_rub), taken)
+    none, most = sum(map(len, given.shapes)), max(map(len, taken))
+    filled = np.full((len(found), most), none)
+    filled[np.arange(most) < np.array([[len(own)] for own in taken])] = list(chain.from_iterable(taken))
+    columns, acting = _unpacked(masks, given.columns), np.array([len(one) for one in found])
+    return _Sets(tuple(found), columns, acting, np.array(log_rub), filled)
 
 
-def _filled(masks: Mask, columns: Sequence[Sequence[int]]) -> Mask:
-    """Masks with the columns of each set, read-only."""
-    rows = np.repeat(np.arange(len(columns)), [len(used) for used in columns])
-    masks[rows, list(chain.from_iterable(columns))] = True
-    masks.flags.writeable = False
-    return masks
+def _bits(columns: Sequence[int]) -> int:
+    """The number whose bits are these columns."""
+    return sum(1 << column for column in set(columns))
+
+
+def _unpacked(masks: Sequence[int], columns: int) -> Mask:
+    """The bits of numbers, shape (m, columns), read-only."""
+    size = -(-columns // 8)
+    packed = np.frombuffer(b"".join(mask.to_bytes(size, "little") for mask in masks), np.uint8)
+    unpacked = np.unpackbits(packed.reshape(-1, size), axis=1, count=columns, bitorder="little")
+    unpacked.flags.writeable = False
+    return unpacked.view(np.bool_)
 
 
 def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
@@ -175,9 +185,10 @@ def _named_sets(effects: tuple[str, ...], most: int) -> Iterator[tuple[str, ...]
     others = [name for name in effects if name not in SENSOR_ZERO and name not in OF_LINES]
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
     spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
+    excluded = [{name, other} for name in effects for other in EFFECTS[name].excludes if other in effects]
     for lines, zero in product(spectra, zeros):
         for size in range(min(most, len(others)) + 1):
             for names in combinations(others, size):
                 together = (*names, *lines, *zero)
-                if not any(other in together for name in together for other in EFFECTS[name].excludes):
+                if not any(pair.issubset(together) for pair in excluded):
                     yield together

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from curtailed import at_least
 from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
 from evidence_without_force import log_evidence_without_force
 from experiments.simulation.laplace_evidence import log_evidence
@@ -225,21 +226,23 @@ def test_a_lag_of_the_sensor_is_followed_until_the_turning_points_stay(seed: int
 
     It is missed in one record of forty, where the first round takes a drifting stiffness for it.
     """
-    half_width, right = 1e-4, 0
+    half_width = 1e-4
     settings: dict[str, Any] = {
         "sampling_rate": 2000.0,
         "noise_sd": 5e-5,
         "effects": {"sensor_hysteresis.half_width": half_width},
     }
-    for k in range(4):
+
+    def right(k: int) -> bool:
         segments = cut_records([short_decay(seed=seed + k, **settings)], SYSTEM)
         offered = ("cubic_stiffness", "stiffness_drift", "sensor_hysteresis", "random_force")
         fit = fit_random_force(*segments, SYSTEM, offered)
         assert fit is not None
         found = max(fit.coefficients[j] for j, c in enumerate(fit.law.columns) if c.effect)
         only = fit.sets.effects[fit.chosen] == {"sensor_hysteresis"}
-        right += only and abs(found - half_width) < 0.06 * half_width
-    assert right >= 3
+        return only and abs(found - half_width) < 0.06 * half_width
+
+    assert at_least(3, map(right, range(4)))
 
 
 def test_backlash_is_named_and_needs_no_random_force_beside_it(seed: int) -> None:
