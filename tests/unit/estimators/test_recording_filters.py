@@ -13,7 +13,7 @@ from scipy import ndimage, signal
 import friction_bayes as fb
 from filtered_decays import filtered
 from fluctuating_force import fluctuating_decay
-from friction_bayes.estimators.noise.recording_filters import Through, kinds_for, margin
+from friction_bayes.estimators.noise.recording_filters import Through, blended, kinds_for, margin
 
 Process = Callable[[np.ndarray], np.ndarray]
 
@@ -176,6 +176,12 @@ def coupled(values: np.ndarray) -> np.ndarray:
             "Gaussian weights",
         ),
         (
+            "displacement",
+            lambda v: ndimage.gaussian_filter1d(np.pad(v, 20, "reflect", reflect_type="odd"), 4.5)[20:-20],
+            1e-4,
+            "Gaussian weights",
+        ),
+        (
             "velocity",
             lambda v: np.convolve(v, signal.windows.hann(15)[1:-1] / 7.0, mode="same"),
             1e-3,
@@ -223,3 +229,29 @@ def test_no_filter_is_found_in_white_noise_or_under_a_force(
     assert filter_ is None or abs(filter_["gain"] - 1.0) < 1e-3
     low, high = found.friction.ppf([0.05, 0.95])
     assert abs(found.friction.mean() - 1.0) < high - low
+
+
+def test_a_blend_has_the_mean_and_the_spread_of_its_filters() -> None:
+    """A record behind it varies with its doubts as it does from filter to filter."""
+    shares = np.array([0.6, 0.3, 0.1])
+    found = [BOTH_WAYS[1].of(8.0 * ANGLE), ONE_WAY[2].of(4.0 * ANGLE), MEAN.of(9.0)]
+    motion = (np.cos(ANGLE * np.arange(800)) * np.linspace(1.0, 0.3, 800))[:, None]
+    through = Through(motion)
+    blend = blended(list(zip(shares, found, strict=True)), motion[:, 0])
+    shown = np.hstack([through(each) for each in found])
+    np.testing.assert_allclose(through(blend)[:, 0], shown @ shares, atol=1e-12)
+    # of each filter, and of the next of its kind where a size in between may be the right one
+    apart = [math.sqrt(share) * (each - shown @ shares) for share, each in zip(shares, shown.T, strict=True)]
+    own = [math.sqrt(s) * through.doubts(f) for s, f in zip(shares, found, strict=True)]
+    every = np.column_stack([*apart, *own])
+    doubts = through.doubts(blend)
+    assert doubts.shape[1] == 3
+    values, vectors = np.linalg.eigh(every.T @ every)
+    leading = every @ vectors[:, -3:]
+    np.testing.assert_allclose(doubts @ doubts.T, leading @ leading.T, atol=1e-9 * values[-1])
+    assert blend.name == found[0].name
+
+
+def test_one_filter_of_a_known_size_is_no_blend() -> None:
+    only = MEAN.of(5.0)
+    assert blended([(1.0, only)], np.cos(ANGLE * np.arange(500))) is only

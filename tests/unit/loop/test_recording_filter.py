@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from scipy import signal
 
 import friction_bayes as fb
 from filtered_decays import SYSTEM, decay, filtered
@@ -53,6 +54,18 @@ def test_the_loop_finds_the_damping_behind_a_filter() -> None:
     assert report.candidates[0]["effects"] == ["viscous_damping"]
     low, high = report.friction_after["interval90"]
     assert low < 1.0 < high
+
+
+def test_filters_that_a_short_record_cannot_tell_apart_make_friction_uncertain() -> None:
+    record, share = decay(duration=3.3), 0.3
+    values = signal.lfilter(
+        [share], [1.0, share - 1.0], record.values, zi=[(1.0 - share) * record.values[0]]
+    )[0]
+    record = fb.make_record(record["time"].values, values, "displacement")
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    assert report.noise["filter"] is not None
+    low, high = report.friction_after["interval90"]
+    assert low < 1.0 < high < low + 0.02
 
 
 def test_a_record_without_a_filter_is_behind_none() -> None:
