@@ -175,23 +175,23 @@ def blended(filters: Sequence[tuple[float, RecordingFilter]], read: Array) -> Re
     RecordingFilter
         As probable beforehand as all filters that are about as probable as the first.
     """
-    first = filters[0][1]
-    shares, members = [share for share, _ in filters], [each for _, each in filters]
-    mean = _combined(shares, [each.without_delay for each in members])
-    apart = [_combined([1.0, -1.0], [each.without_delay, mean]) for each in members if len(members) > 1]
-    weights = shares[: len(apart)]
-    for share, each in filters:
-        apart += each.doubts
-        weights += [share] * len(each.doubts)
-    if not apart:
+    first, shares = filters[0][1], np.array([share for share, _ in filters])
+    own = [(share, doubt) for share, each in filters for doubt in each.doubts]
+    if len(filters) == 1 and not own:
         return first
-    apart = [_combined([math.sqrt(weight)], [each]) for weight, each in zip(weights, apart, strict=True)]
-    log_prior = first.log_prior - math.log(shares[0])
-    whole = replace(first, response=mean, doubts=tuple(apart), log_prior=log_prior)
-    shown = Through(read[:, None]).doubts(whole)
+    responses = [*(each.without_delay for _, each in filters), *(doubt for _, doubt in own)]
+    # every response is evaluated once, however many differences it is part of
+    apart = np.diag(np.sqrt(np.append(shares, [share for share, _ in own])))
+    apart[: shares.size, : shares.size] -= np.outer(np.sqrt(shares), shares)
+    shown = Through(read[:, None]).doubts(replace(first, doubts=tuple(responses))) @ apart.T
     variance, directions = np.linalg.eigh(shown.T @ shown)
     kept = directions[:, variance > _SAME * variance[-1]].T[::-1][:_MOST_DOUBTS]
-    return replace(whole, doubts=tuple(_combined(each, apart) for each in kept))
+    return replace(
+        first,
+        response=_combined(shares, responses[: shares.size]),
+        doubts=tuple(_combined(each @ apart, responses) for each in kept),
+        log_prior=first.log_prior - math.log(shares[0]),
+    )
 
 
 def _combined(weights: Iterable[float], responses: Sequence[Response]) -> Response:
