@@ -107,7 +107,7 @@ def likely_filters(
     """
     kinds = kinds_for(angle)
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
-    if n < max(8 * left_out, 2 * left_out + _LOBE):
+    if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
         return [], 0.0
     inner = slice(left_out, n - left_out)
     target = _filled((signal - known)[inner], free_columns[inner].T)
@@ -273,9 +273,9 @@ class _Spectra:
         rows = shown[:-1]
         if len(memory):
             rows = np.vstack([rows, self.whitened(memory)])
-        left = self._left(signal - shown[-1], rows)
-        value = self._of_response(self._power(left), filter_) - self._price(len(shown) - 1)
-        return value - self._price_of_memory(rows, len(memory), left)
+        power = self._power(self._left(signal - shown[-1], rows))
+        prices = self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
+        return self._of_response(power, filter_) - prices
 
     def whitener_at(self, omega: Array) -> Complexes:
         """Response of the whitening filter at frequencies, shape (m,)."""
@@ -297,7 +297,7 @@ class _Spectra:
         """Penalty for fitted coefficients, by the Bayesian information criterion."""
         return 0.5 * coefficients * math.log(self._n)
 
-    def _price_of_memory(self, rows: Array, count: int, left: Array) -> float:
+    def _price_of_memory(self, rows: Array, count: int) -> float:
         """The same of the last rows, whose coefficients are of the order of the amplitude."""
         if count == 0:
             return 0.0

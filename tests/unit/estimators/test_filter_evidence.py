@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from friction_bayes.estimators.noise.filter_evidence import _residual
+from friction_bayes.estimators.noise.filter_evidence import _residual, likely_filters
 
 SAMPLES = 400
 
@@ -26,3 +27,11 @@ def test_a_second_fit_takes_what_rounding_left_of_the_first(rng: np.random.Gener
     rows = np.vstack([swing, swing + 1e-4 * other])
     left = _residual(3.0 * swing + other, rows)
     assert np.max(np.abs(left)) < 2e-3
+
+
+@pytest.mark.parametrize(("samples", "angle"), [(10, 1.6), (16, 1.0), (36, 1.6), (45, 0.5)])
+def test_too_few_samples_decide_on_no_filter(rng: np.random.Generator, samples: int, angle: float) -> None:
+    phase = angle * np.arange(samples)
+    swing = np.column_stack([np.cos(phase), np.sin(phase)])
+    signal = swing[:, 0] + 1e-3 * rng.standard_normal(samples)
+    assert likely_filters(signal, np.zeros(samples), swing, swing, angle, 0) == ([], 0.0)
