@@ -170,7 +170,7 @@ class Laid:
     def behind(self, filter_: RecordingFilter, signal: Array) -> Laid:
         """The same law behind a filter; ``signal``, shape (n,), in natural units.
 
-        With what the filter still has of the time before the record, and its doubts.
+        With what the filter has of the time outside the record, and its doubts.
         """
         regression, path = self.regression, self.path
         n = signal.size
@@ -179,13 +179,13 @@ class Laid:
             # zero of the recording, not of the motion
             shown[:, regression.names.index("rest")] = 1.0
         read = regression.columns @ (regression.scale * regression.reference) + signal - regression.target
-        memory, doubts = own_columns(filter_, read)
+        unseen, doubts = own_columns(filter_, read)
         jumps = jump_columns(filter_, path.jumps(self.order), n)
         amplitude = float(np.max(np.abs(signal)))
         # friction jumps by its scale, at any place between two samples
         jump = float(regression.scale[regression.names.index("friction")]) / math.sqrt(12.0)
-        own = np.hstack([memory, doubts, jumps])
-        scale = np.repeat([amplitude, 1.0, jump], [memory.shape[1], doubts.shape[1], jumps.shape[1]])
+        own = np.hstack([unseen, doubts, jumps])
+        scale = np.repeat([amplitude, 1.0, jump], [unseen.shape[1], doubts.shape[1], jumps.shape[1]])
         extra = scale.size
         inside = np.full(n, np.inf)
         left_out = margin(filter_.angle)

@@ -73,6 +73,8 @@ class RecordingFilter:
     settling : ndarray of complex, shape (p,)
         Rates at which it forgets what was before the recording [1/sample], one of each conjugate pair; none
         where that is within the :func:`margin`.
+    both_ways : bool
+        Whether it ran backward too: then it does not know either what is after the recording.
     doubts : tuple of callable
         Differences to what may be the right response, without delay, one standard deviation each: of the next
         filter of its kind, where a size in between may be the right one.
@@ -84,6 +86,7 @@ class RecordingFilter:
     response: Response = field(compare=False)
     angle: float = field(compare=False)
     settling: Complexes = field(default_factory=lambda: np.empty(0, np.complex128), compare=False)
+    both_ways: bool = field(default=False, compare=False)
     doubts: tuple[Response, ...] = field(default=(), compare=False)
     log_prior: float = field(default=0.0, compare=False)
 
@@ -121,6 +124,11 @@ class RecordingFilter:
         # a rate that alternates from sample to sample is real
         pairs = (self.settling.imag != 0.0) & (np.abs(self.settling.imag) != math.pi)
         return np.hstack([left.real, left.imag[:, pairs]])
+
+    def unseen(self, samples: int) -> Array:
+        """The same and, last, those to the time after the recording, shape (samples, p or 2 p)."""
+        before = self.memory(samples)
+        return np.hstack([before, before[::-1]]) if self.both_ways else before
 
 
 class Through:
@@ -214,12 +222,12 @@ def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
 
     Returns
     -------
-    memory : ndarray, shape (n, p)
-        See :meth:`RecordingFilter.memory`.
+    unseen : ndarray, shape (n, p)
+        See :meth:`RecordingFilter.unseen`.
     doubts : ndarray, shape (n, q)
         See :attr:`RecordingFilter.doubts`.
     """
-    return filter_.memory(read.size), Through(read[:, None]).doubts(filter_)
+    return filter_.unseen(read.size), Through(read[:, None]).doubts(filter_)
 
 
 def jump_columns(filter_: RecordingFilter, places: Indices, samples: int) -> Array:
@@ -341,6 +349,8 @@ def _of_corner(
     response: Callable[..., Array],
     rates: Callable[[float], Complexes] = lambda corner: np.empty(0, np.complex128),
     between: tuple[float, float] = (_LOWEST_CORNER, math.inf),
+    *,
+    both_ways: bool = False,
 ) -> FilterKind:
     """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
 
@@ -350,7 +360,8 @@ def _of_corner(
     def of(corner: float) -> RecordingFilter:
         all_rates = rates(corner)
         slow = all_rates[np.exp(all_rates.real * margin(angle)) > _FORGOTTEN]
-        own = RecordingFilter(words(corner / angle), partial(response, corner=corner), angle, settling=slow)
+        shown = partial(response, corner=corner)
+        own = RecordingFilter(words(corner / angle), shown, angle, settling=slow, both_ways=both_ways)
         neighbour = replace(own, response=partial(response, corner=corner / _APART))
         return replace(own, doubts=(_combined([1.0, -1.0], [neighbour.without_delay, own.without_delay]),))
 
@@ -379,6 +390,7 @@ def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKin
         lambda corner: f"{name}{both}, corner at {corner:.3g} times the motion's frequency",
         response,
         rates,
+        both_ways=ways == 2,
     )
 
 

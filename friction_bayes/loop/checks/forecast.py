@@ -192,7 +192,9 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     kinds = np.array([column.kind for column in law.columns])
     doubts = through.doubts(filter_).reshape(len(motion), -1, len(motions))
     shown = shown + np.einsum("njk,jk->nk", doubts, sizes[kinds == "filter"])
-    shown = shown + filter_.memory(len(motion)) @ sizes[kinds == "memory"]
+    # what was unseen after the first part is forecast
+    memory = filter_.memory(len(motion))
+    shown = shown + memory @ sizes[kinds == "unseen"][: memory.shape[1]]
     return np.asarray((shown - motion)[before.shape[1] :].T)
 
 

@@ -76,7 +76,7 @@ class LawColumn:
     Attributes
     ----------
     kind : str
-        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``; ``memory``
+        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``; ``unseen``
         and ``filter`` of the filter that a record went through.
     scale : float
         Prior standard deviation of the coefficient, before it is cut.
@@ -118,7 +118,7 @@ class LawColumn:
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
-        return self.kind in ("displacement", "velocity", "memory", "filter")
+        return self.kind in ("displacement", "velocity", "unseen", "filter")
 
     def in_widths(self) -> Iterator[LawColumn]:
         """The column in each of the widths of its prior that the effect's series has."""

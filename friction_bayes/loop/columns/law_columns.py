@@ -182,7 +182,7 @@ class LawColumns:
     def behind(self, filter_: RecordingFilter) -> LawColumns:
         """The same after a filter, except lines and the zero of the recording.
 
-        With what the filter still has of the time before the record, and its doubts.
+        With what the filter has of the time outside the record, and its doubts.
         """
         moved = [j for j, c in enumerate(self.columns) if c.effect not in SENSOR_ZERO and c.line is None]
         behind = replace(self, filter=filter_)
@@ -191,8 +191,8 @@ class LawColumns:
             self.sensor.copy(),
         )
         sensor[:, moved] = shown[:, :-1]
-        memory, doubts = own_columns(filter_, self.read.values)
-        own = [(LawColumn("memory", self.columns[0].scale), each) for each in memory.T]
+        unseen, doubts = own_columns(filter_, self.read.values)
+        own = [(LawColumn("unseen", self.columns[0].scale), each) for each in unseen.T]
         own += [(LawColumn("filter", 1.0), each) for each in doubts.T]
         return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(own)
 

@@ -311,7 +311,7 @@ def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
 def _filters(alone: Sequence[ForceFit]) -> list[RecordingFilter | None]:
     """The filter of each record; none where they are not of one kind, as the records of one sensor are."""
     filters = [fit.law.filter for fit in alone]
-    kinds = {None if each is None else (each.memory(1).size, len(each.doubts)) for each in filters}
+    kinds = {None if each is None else (each.unseen(1).size, len(each.doubts)) for each in filters}
     return filters if len(kinds) == 1 else [None] * len(filters)
 
 

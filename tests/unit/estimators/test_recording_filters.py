@@ -103,6 +103,18 @@ def test_a_filter_that_was_empty_differs_by_what_it_remembers(order: int) -> Non
     assert np.max(np.abs(left[seen])) < 1e-4
 
 
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("corner", [1.5, 4.0])
+def test_a_filter_that_ran_backward_has_seen_what_came_after(order: int, corner: float) -> None:
+    filter_ = BOTH_WAYS[order].of(corner * ANGLE)
+    wave = np.cos(ANGLE * np.arange(1000) + 0.3)
+    inside = slice(margin(ANGLE), -margin(ANGLE))
+    left = (Through(wave[:, None])(filter_)[:, 0] - filter_.gain * wave)[inside]
+    unseen = filter_.unseen(wave.size)[inside]
+    left -= unseen @ np.linalg.lstsq(unseen, left)[0]
+    assert np.max(np.abs(left)) < 1e-6
+
+
 @pytest.mark.parametrize("order", [1, 3])
 def test_a_real_pole_has_one_memory_at_any_corner(order: int) -> None:
     """At a high corner it changes sign from sample to sample, and no second column is to be of rounding."""
