@@ -179,13 +179,11 @@ class Laid:
             # zero of the recording, not of the motion
             shown[:, regression.names.index("rest")] = 1.0
         read = regression.columns @ (regression.scale * regression.reference) + signal - regression.target
-        unseen, doubts = own_columns(filter_, read)
+        own = own_columns(filter_, read)
         jumps = jump_columns(filter_, path.jumps(self.order), n)
-        amplitude = float(np.max(np.abs(signal)))
         # friction jumps by its scale, at any place between two samples
         jump = float(regression.scale[regression.names.index("friction")]) / math.sqrt(12.0)
-        own = np.hstack([unseen, doubts, jumps])
-        scale = np.repeat([amplitude, 1.0, jump], [unseen.shape[1], doubts.shape[1], jumps.shape[1]])
+        scale = np.repeat([1.0, jump], [own.shape[1], jumps.shape[1]])
         extra = scale.size
         inside = np.full(n, np.inf)
         left_out = margin(filter_.angle)
@@ -193,7 +191,7 @@ class Laid:
         filtered = replace(
             regression,
             names=(*regression.names, *(["filter"] * extra)),
-            columns=np.hstack([shown[:, :-1], own]),
+            columns=np.hstack([shown[:, :-1], own, jumps]),
             target=signal - shown[:, -1],
             states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
             scale=np.append(regression.scale, scale),

@@ -211,8 +211,8 @@ def _combined(weights: Iterable[float], responses: Sequence[Response]) -> Respon
     return response
 
 
-def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
-    """Columns of a recording that are due to the filter alone.
+def own_columns(filter_: RecordingFilter, read: Array) -> Array:
+    """Columns of a recording that are due to the filter alone, all of unit prior sd.
 
     Parameters
     ----------
@@ -222,12 +222,12 @@ def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
 
     Returns
     -------
-    unseen : ndarray, shape (n, p)
-        See :meth:`RecordingFilter.unseen`.
-    doubts : ndarray, shape (n, q)
-        See :attr:`RecordingFilter.doubts`.
+    ndarray, shape (n, p + q)
+        What it has seen outside the recording, as large as the motion (see :meth:`RecordingFilter.unseen`),
+        then its doubts.
     """
-    return filter_.unseen(read.size), Through(read[:, None]).doubts(filter_)
+    unseen = float(np.max(np.abs(read))) * filter_.unseen(read.size)
+    return np.hstack([unseen, Through(read[:, None]).doubts(filter_)])
 
 
 def jump_columns(filter_: RecordingFilter, places: Indices, samples: int) -> Array:

@@ -188,13 +188,13 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     motion = (states[:, order] if order < 2 else np.gradient(states[:, 1], when, axis=1)).T
     through, filter_ = Through(motion), law.filter
     assert filter_ is not None
-    shown, sizes = through(filter_), draws.coefficients[which].T
-    kinds = np.array([column.kind for column in law.columns])
-    doubts = through.doubts(filter_).reshape(len(motion), -1, len(motions))
-    shown = shown + np.einsum("njk,jk->nk", doubts, sizes[kinds == "filter"])
+    own = draws.coefficients[which].T[np.array([column.kind == "filter" for column in law.columns])]
+    memory = float(np.max(np.abs(law.read.values))) * filter_.memory(len(motion))
     # what was unseen after the first part is forecast
-    memory = filter_.memory(len(motion))
-    shown = shown + memory @ sizes[kinds == "unseen"][: memory.shape[1]]
+    unseen, count = filter_.unseen(1).shape[1], len(filter_.doubts)
+    doubts = through.doubts(filter_).reshape(len(motion), count, len(motions))
+    shown = through(filter_) + memory @ own[: memory.shape[1]]
+    shown = shown + np.einsum("njk,jk->nk", doubts, own[unseen : unseen + count])
     return np.asarray((shown - motion)[before.shape[1] :].T)
 
 

@@ -76,8 +76,8 @@ class LawColumn:
     Attributes
     ----------
     kind : str
-        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``; ``unseen``
-        and ``filter`` of the filter that a record went through.
+        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``; ``filter``
+        of the filter that a record went through.
     scale : float
         Prior standard deviation of the coefficient, before it is cut.
     positive : bool
@@ -118,7 +118,7 @@ class LawColumn:
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
-        return self.kind in ("displacement", "velocity", "unseen", "filter")
+        return self.kind in ("displacement", "velocity", "filter")
 
     def in_widths(self) -> Iterator[LawColumn]:
         """The column in each of the widths of its prior that the effect's series has."""

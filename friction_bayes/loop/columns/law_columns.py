@@ -191,10 +191,10 @@ class LawColumns:
             self.sensor.copy(),
         )
         sensor[:, moved] = shown[:, :-1]
-        unseen, doubts = own_columns(filter_, self.read.values)
-        own = [(LawColumn("unseen", self.columns[0].scale), each) for each in unseen.T]
-        own += [(LawColumn("filter", 1.0), each) for each in doubts.T]
-        return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(own)
+        own = own_columns(filter_, self.read.values).T
+        return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(
+            [(LawColumn("filter", 1.0), each) for each in own]
+        )
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect in each of its shapes and extents; all of its lines are one."""

@@ -308,11 +308,19 @@ def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
     return {effect: float(np.median([sizes[effect] for sizes in own if effect in sizes])) for effect in found}
 
 
-def _filters(alone: Sequence[ForceFit]) -> list[RecordingFilter | None]:
-    """The filter of each record; none where they are not of one kind, as the records of one sensor are."""
-    filters = [fit.law.filter for fit in alone]
-    kinds = {None if each is None else (each.unseen(1).size, len(each.doubts)) for each in filters}
-    return filters if len(kinds) == 1 else [None] * len(filters)
+def _filters(alone: Sequence[ForceFit]) -> Sequence[RecordingFilter | None]:
+    """The filter of each record; none where one has none, as the records of one sensor are.
+
+    With doubts of no size where another record's has more columns.
+    """
+    filters = [fit.law.filter for fit in alone if fit.law.filter is not None]
+    if len(filters) < len(alone):
+        return [None] * len(alone)
+    columns = [each.unseen(1).shape[1] + len(each.doubts) for each in filters]
+    lacking = [max(columns) - own for own in columns]
+    return [
+        replace(f, doubts=(*f.doubts, *[np.zeros_like] * k)) for f, k in zip(filters, lacking, strict=True)
+    ]
 
 
 def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:

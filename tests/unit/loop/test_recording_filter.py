@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
+import xarray as xr
 from scipy import signal
 
 import friction_bayes as fb
@@ -80,6 +82,25 @@ def test_records_of_one_sensor_are_behind_its_filter_together() -> None:
     assert report.noise["filter"]["name"].startswith("a low pass of order 2")
     assert report.friction_after["mean"] == pytest.approx(1.0, abs=5e-4)
     assert report.held_out_error["after"] < 1.5 * report.held_out_error["before"]
+
+
+def averaged(rng: np.random.Generator, start: float, duration: float, noise_sd: float) -> xr.DataArray:
+    """A decay as a moving mean shows it, under noise that came later."""
+    record, window = decay(start=start, duration=duration, rate=100.0), 15
+    values = np.convolve(record.values, np.ones(window) / window, mode="valid")
+    values += noise_sd * rng.standard_normal(values.size)
+    return fb.make_record(record["time"].values[: values.size], values, "displacement")
+
+
+def test_records_that_show_their_filter_unequally_well_are_behind_it_together(
+    rng: np.random.Generator,
+) -> None:
+    """Of the long one it is certain; the short one has columns for how probable filters differ."""
+    records = [averaged(rng, 0.05, 9.0, 2e-6), averaged(rng, 0.03, 3.0, 8e-6)]
+    report = fb.close_loop(records, SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    assert report.noise["filter"]["name"] == "a moving mean of 15 samples"
+    low, high = report.friction_after["interval90"]
+    assert low - 0.005 < 1.0 < high + 0.005
 
 
 def test_an_error_of_the_sensor_is_the_same_as_far_as_it_is_searched_for() -> None:
