@@ -74,7 +74,7 @@ _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
-_PRIOR = 0.1
+_PRIOR = 0.01
 """Prior probability that noise which is not white was filtered in one of the ways known here."""
 
 
@@ -240,7 +240,7 @@ class _Spectra:
         return self._grid[2 * self._places]
 
     def of_others(self, signal: Array, rows: Array) -> float:
-        """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds."""
+        """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds and their sizes."""
         colour, _ = burg(_residual(signal, rows), len(rows))
         power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         white = self._gain[2 * self._places]
@@ -248,10 +248,15 @@ class _Spectra:
         phase = self._omega / self._angle
         resonance = phase ** (2 * self._order) / (phase * phase - 1.0) ** 2
         integrator = math.tan(0.5 * _ABOVE * self._angle) / np.tan(0.5 * self._omega)
-        others = [np.ones_like(phase), *(integrator**power for power in _INTEGRATED)]
-        others += [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES]
-        kinds = [own - colour.penalty, *(self._averaged(power, white * each, white) for each in others)]
-        return _log_sum(kinds) - math.log(len(kinds)) - self._price(len(rows))
+        flat, integrated, forced = (
+            _log_mean([self._averaged(power, white * each, white) for each in shapes])
+            for shapes in (
+                [np.ones_like(phase)],
+                [integrator**power for power in _INTEGRATED],
+                [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES],
+            )
+        )
+        return _log_mean([own - colour.penalty, flat, integrated, forced]) - self._price(len(rows))
 
     def of_noise(self, filter_: RecordingFilter) -> float:
         """Log evidence of a filter if corners have any shape, by the noise alone."""
@@ -323,7 +328,7 @@ class _Spectra:
     def _averaged(self, power: Array, shape: Array, white: Array) -> float:
         """Log likelihood of expected estimates, (frequencies,), averaged over white noise that came later."""
         shapes = shape + _LATER[:, None] * white
-        return _log_sum(self._log_likelihood(power, shapes)) - math.log(_LATER.size)
+        return _log_mean(self._log_likelihood(power, shapes))
 
     def _log_likelihood(self, power: Array, shapes: Array) -> Array:
         """For spectra of these shapes, (m, frequencies), the level of each fitted where power shows.
@@ -375,3 +380,8 @@ def _tapers(n: int) -> Array:
 def _log_sum(logarithms: Sequence[float] | Array) -> float:
     """Logarithm of the sum of a few numbers: SciPy's spends more time on its arguments than on the sum."""
     return float(np.logaddexp.reduce(logarithms))
+
+
+def _log_mean(logarithms: Sequence[float] | Array) -> float:
+    """The same of the mean."""
+    return _log_sum(logarithms) - math.log(len(logarithms))

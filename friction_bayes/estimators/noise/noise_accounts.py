@@ -258,13 +258,18 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
 def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
     """Accounts behind filters like one, and their probabilities; the noise went through the filter too.
 
-    The spectra have compared the filters with each other: a record is no evidence twice.
+    The spectra have compared the filters with each other above the motion's frequency, and a record is no
+    evidence twice. Near that frequency, where a force explains whatever a filter leaves, the odds against a
+    force compare them.
     """
-    found: list[tuple[_Evaluated, float]] = []
+    found: list[_Evaluated] = []
+    values: list[float] = []
     for share, each in prepared.behind(filter_, laid):
         parts = _under_floor(prepared, [_Shape([each], _without_force(prepared, each))])
-        found += [(part, share * own) for part, own in zip(parts, _probabilities(parts), strict=True)]
-    return found
+        of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
+        found += parts
+        values += [math.log(share) + part.log_evidence - of_force for part in parts]
+    return list(zip(found, softmax(values).tolist(), strict=True))
 
 
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:

@@ -59,7 +59,7 @@ def test_the_loop_finds_the_damping_behind_a_filter() -> None:
 
 
 def test_filters_that_a_short_record_cannot_tell_apart_make_friction_uncertain() -> None:
-    record, share = decay(duration=3.3), 0.3
+    record, share = decay(duration=4.2), 0.3
     values = signal.lfilter(
         [share], [1.0, share - 1.0], record.values, zi=[(1.0 - share) * record.values[0]]
     )[0]
