@@ -121,7 +121,7 @@ def likely_filters(
 
     def log_evidence(filter_: RecordingFilter) -> float:
         shown = through.rows(filter_, whitener)[:, inner][:, -filled.size :]
-        return spectra.behind(filled, shown, filter_.unseen(n).T[:, inner], filter_)
+        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner], filter_)
 
     found: list[tuple[float, RecordingFilter]] = []
     for kind in kinds:
@@ -262,7 +262,7 @@ class _Spectra:
         """Log evidence of a filter if corners have any shape, by the noise alone."""
         return self._of_response(self._noise, filter_)
 
-    def behind(self, signal: Array, shown: Array, unseen: Array, filter_: RecordingFilter) -> float:
+    def behind(self, signal: Array, shown: Array, memory: Array, filter_: RecordingFilter) -> float:
         """Log evidence of a filter.
 
         Parameters
@@ -271,15 +271,15 @@ class _Spectra:
             Whitened.
         shown : ndarray, shape (p + 1, n)
             Columns of the law behind the filter, the last one known, whitened.
-        unseen : ndarray, shape (q, samples)
-            Of the filter, not whitened.
+        memory : ndarray, shape (q, samples)
+            Of the filter, not whitened; what came after the record hardly shows under tapers.
         filter_ : RecordingFilter
         """
         rows = shown[:-1]
-        if len(unseen):
-            rows = np.vstack([rows, self.whitened(unseen)])
+        if len(memory):
+            rows = np.vstack([rows, self.whitened(memory)])
         power = self._power(self._left(signal - shown[-1], rows))
-        prices = self._price(len(shown) - 1) + self._price_of_unseen(rows, len(unseen))
+        prices = self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
         return self._of_response(power, filter_) - prices
 
     def whitener_at(self, omega: Array) -> Complexes:
@@ -302,7 +302,7 @@ class _Spectra:
         """Penalty for fitted coefficients, by the Bayesian information criterion."""
         return 0.5 * coefficients * math.log(self._n)
 
-    def _price_of_unseen(self, rows: Array, count: int) -> float:
+    def _price_of_memory(self, rows: Array, count: int) -> float:
         """The same of the last rows, whose coefficients are of the order of the amplitude."""
         if count == 0:
             return 0.0
