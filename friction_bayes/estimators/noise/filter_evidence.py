@@ -240,7 +240,7 @@ class _Spectra:
         return self._grid[2 * self._places]
 
     def of_others(self, signal: Array, rows: Array) -> float:
-        """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds and their sizes."""
+        """Log evidence of noise that was not filtered, averaged over its kinds and their sizes."""
         colour, _ = burg(_residual(signal, rows), len(rows))
         power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
         white = self._gain[2 * self._places]
