@@ -32,8 +32,11 @@ __all__ = [
 
 _LONGEST_MEAN, _LONGEST_POLYNOMIAL = 0.25, 0.5
 """Windows over the period: a moving mean of that length takes a tenth of the amplitude."""
-_LOWEST_CORNER = 1.5
-"""Of a low pass, over the motion's frequency: one of first order takes a sixth there."""
+_LOWEST_CORNER, _OF_STEEP = 1.5, 3.0
+"""Of low passes, over the motion's frequency: one of first order takes a sixth there. Those that take next to
+nothing of the motion, the steep ones, are tried from where they still leave something of its corners."""
+_NEXT_TO_NOTHING = 1e-3
+"""Share of the amplitude."""
 _COUPLING = (0.01, 0.5)
 """Corners of an AC coupling over the motion's frequency: 5e-5 and a tenth are what these take."""
 _APART = 1.03
@@ -348,13 +351,14 @@ def _of_corner(
     words: Callable[[float], str],
     response: Callable[..., Array],
     rates: Callable[[float], Complexes] = lambda corner: np.empty(0, np.complex128),
-    between: tuple[float, float] = (_LOWEST_CORNER, math.inf),
+    between: tuple[float, float] | None = None,
     *,
     both_ways: bool = False,
 ) -> FilterKind:
     """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
 
-    Words and the corners that are tried, ``between``, have corners over the motion's frequency.
+    Words and the corners that are tried, ``between``, have corners over the motion's frequency. If none are
+    given, these are the corners of low passes.
     """
 
     def of(corner: float) -> RecordingFilter:
@@ -365,6 +369,9 @@ def _of_corner(
         neighbour = replace(own, response=partial(response, corner=corner / _APART))
         return replace(own, doubts=(_combined([1.0, -1.0], [neighbour.without_delay, own.without_delay]),))
 
+    if between is None:
+        left = abs(complex(response(np.array([angle]), corner=_OF_STEEP * angle)[0]))
+        between = (_OF_STEEP if left > 1.0 - _NEXT_TO_NOTHING else _LOWEST_CORNER, math.inf)
     highest = min(between[1] * angle, _HIGHEST_CORNER * math.pi)
     return FilterKind(_corners(between[0] * angle, highest), of, has_zeros=False)
 

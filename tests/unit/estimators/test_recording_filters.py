@@ -267,3 +267,10 @@ def test_a_blend_has_the_mean_and_the_spread_of_its_filters() -> None:
 def test_one_filter_of_a_known_size_is_no_blend() -> None:
     only = MEAN.of(5.0)
     assert blended([(1.0, only)], np.cos(ANGLE * np.arange(500))) is only
+
+
+def test_low_passes_are_tried_from_where_they_take_of_the_motion_or_leave_of_its_corners() -> None:
+    for kind in (*LOW_PASSES, BESSEL, GAUSSIAN, SMOOTHING):
+        lowest = kind.sizes[0] / ANGLE
+        takes = 1.0 - kind.of(3.0 * ANGLE).gain
+        assert lowest == pytest.approx(1.5 if takes > 1e-3 else 3.0)
