@@ -252,7 +252,7 @@ class _Spectra:
             _log_mean([self._averaged(power, white * each, white) for each in shapes])
             for shapes in (
                 [np.ones_like(phase)],
-                [integrator**power for power in _INTEGRATED],
+                [integrator**exponent for exponent in _INTEGRATED],
                 [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES],
             )
         )
@@ -308,9 +308,8 @@ class _Spectra:
             return 0.0
         sums = _sums(np.vstack([self._slow, rows[:-count]]), rows[-count:])
         sums[np.diag_indices_from(sums)] *= 1.0 + RIDGE
-        known = 1.0 / self._noise_over_size**2
-        own = np.linalg.cholesky(sums)[-count:, -count:]
-        return 0.5 * float(np.linalg.slogdet(np.eye(count) + known * own @ own.T)[1])
+        own = np.linalg.cholesky(sums)[-count:, -count:] / self._noise_over_size
+        return 0.5 * float(np.linalg.slogdet(np.eye(count) + own @ own.T)[1])
 
     def _power(self, left: Array) -> Array:
         parts = np.einsum("kij,ij->kj", self._parts, left.reshape(self._parts.shape[1:]))
