@@ -52,7 +52,7 @@ def test_the_corner_is_as_uncertain_as_it_says(
     # corners that neither end of the range is near
     places, low = kind.sizes / ANGLE, lowest
     corners = kind.sizes[(places > low) & (places < 1.33 * low)]
-    only = FilterKind(kind.sizes[(places > 0.78 * low) & (places < 1.78 * low)], kind.of, False)
+    only = FilterKind(kind.name, kind.sizes[(places > 0.78 * low) & (places < 1.78 * low)], kind.of, False)
     monkeypatch.setattr(filter_evidence, "kinds_for", lambda angle: [only])
     monkeypatch.setattr(filter_evidence, "_MOST", only.sizes.size)
     monkeypatch.setattr(filter_evidence, "_MUCH_LESS", 1e-9)
@@ -65,11 +65,11 @@ def test_the_corner_is_as_uncertain_as_it_says(
         motion = columns @ [1.0, 0.3, 0.0] + 1e-3 * rng.standard_normal(phase.size)
         recorded = _through(_low_pass(name, corner), motion, both=both)[200:-200]
         seen = columns[200:-200]
-        found, probability = likely_filters(recorded, np.zeros(SAMPLES), seen, seen, ANGLE, 0)
-        assert probability > 0.5
+        found = likely_filters(recorded, np.zeros(SAMPLES), seen, seen, ANGLE, 0)
+        assert found.probability > 0.5
         # a larger corner has a larger gain
         gain = kind.of(corner).gain
-        below = sum(share for share, each in found if each.gain < gain - 1e-12)
-        level = sum(share for share, each in found if abs(each.gain - gain) < 1e-12)
+        below = sum(share for share, each in found.likely if each.gain < gain - 1e-12)
+        level = sum(share for share, each in found.likely if abs(each.gain - gain) < 1e-12)
         ranks.append(below + float(rng.random()) * level)
     assert stats.kstest(ranks, "uniform").pvalue > 1e-3

@@ -25,7 +25,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
-from friction_bayes.estimators.noise.filter_evidence import likely_filters
+from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, likely_filters
 from friction_bayes.estimators.noise.free_corners import (
     corner_columns,
     corner_scale,
@@ -282,18 +282,18 @@ class PreparedDecay:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
 
-    def filters_along(self, laid: Laid) -> tuple[list[tuple[float, RecordingFilter]], float]:
-        """Filters that the samples may have gone through, and the probability of any."""
+    def filters_along(self, laid: Laid, *, only: str | None = None) -> FoundFilters:
+        """Filters, or only those of one kind, that the samples may have gone through."""
         regression = laid.regression
         # noise that is mostly rounding, of whatever spectrum, came after any filter
         if self._is_rounding or not regression.clock.even:
-            return [], 0.0
+            return FoundFilters()
         free = laid.with_free_corners(self.friction).regression.columns
         phase = regression.clock.phase
         signal = np.where(self._missing, np.nan, self.natural(laid))
         angle = float(phase[-1] - phase[0]) / (phase.size - 1)
         known = self.natural(laid) - regression.target
-        return likely_filters(signal, known, regression.columns, free, angle, laid.order)
+        return likely_filters(signal, known, regression.columns, free, angle, laid.order, only=only)
 
     def along_fit(self) -> Laid:
         """Regression along the trajectory that was fitted."""
@@ -309,14 +309,14 @@ class PreparedDecay:
         )
         return self._along(motion, decay.frequency)
 
-    def behind(self, filter_: RecordingFilter, laid: Laid) -> list[tuple[float, Laid]]:
-        """Regressions behind a filter and those near it, with their probabilities among themselves.
+    def behind(self, kind: FoundKind, laid: Laid) -> list[tuple[float, Laid]]:
+        """Regressions behind filters of a kind, with their probabilities among themselves.
 
-        They go along the motion that the record shows through the filter; with that motion filters are looked
-        for once more, as the first was found along a motion that was fitted without one.
+        They go along the motion that the record shows through such a filter; with that motion the size is
+        looked for once more, as the first was found along a motion that was fitted without a filter.
         """
-        path = self._seen_through(filter_, laid)
-        filters = self.filters_along(path)[0] or [(1.0, filter_)]
+        path = self._seen_through(kind.filters[0][1], laid)
+        filters = self.filters_along(path, only=kind.name).likely
         path = self._seen_through(filters[0][1], path)
         return [(share, path.behind(each, self.natural(path))) for share, each in filters]
 

@@ -20,8 +20,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
@@ -39,7 +40,7 @@ from friction_bayes.estimators.noise.recording_filters import (
 from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
-__all__ = ["likely_filters"]
+__all__ = ["FoundFilters", "FoundKind", "likely_filters"]
 
 _LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
@@ -78,10 +79,66 @@ _PRIOR = 0.01
 """Prior probability that noise which is not white was filtered in one of the ways known here."""
 
 
+class FoundKind(NamedTuple):
+    """Filters of a kind that a record may have gone through.
+
+    Attributes
+    ----------
+    name : str
+        Of the kind.
+    filters : sequence of (float, RecordingFilter)
+        All that were tried, the most probable first, with their log evidence.
+    """
+
+    name: str
+    filters: Sequence[tuple[float, RecordingFilter]]
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the kind."""
+        return _log_sum([value for value, _ in self.filters])
+
+
+@dataclass(frozen=True, eq=False)
+class FoundFilters:
+    """Filters that a record may have gone through.
+
+    Attributes
+    ----------
+    kinds : sequence of FoundKind
+        The most probable one first.
+    log_other : float
+        Log evidence of noise that was not filtered.
+    """
+
+    kinds: Sequence[FoundKind] = ()
+    log_other: float = 0.0
+
+    @property
+    def probability(self) -> float:
+        """That there was a filter."""
+        return float(expit(_log_sum([kind.log_evidence for kind in self.kinds]) - self.log_other))
+
+    @property
+    def likely(self) -> list[tuple[float, RecordingFilter]]:
+        """The most probable filters, the first of them most, with their probabilities among themselves."""
+        found = sorted((each for kind in self.kinds for each in kind.filters), key=lambda each: -each[0])
+        found = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
+        share = softmax([value for value, _ in found]).tolist()
+        return list(zip(share, (each for _, each in found), strict=True))
+
+
 def likely_filters(
-    signal: Array, known: Array, columns: Array, free_columns: Array, angle: float, order: int
-) -> tuple[list[tuple[float, RecordingFilter]], float]:
-    """The filter that a record most likely went through, and the probability that there was one.
+    signal: Array,
+    known: Array,
+    columns: Array,
+    free_columns: Array,
+    angle: float,
+    order: int,
+    *,
+    only: str | None = None,
+) -> FoundFilters:
+    """The filters that a record most likely went through; none where it is too short to decide.
 
     Parameters
     ----------
@@ -97,23 +154,18 @@ def likely_filters(
         Of the motion [rad/sample].
     order : int
         Of the derivative measured.
-
-    Returns
-    -------
-    list of (float, RecordingFilter)
-        The most probable ones, the first of them most, with their probabilities among themselves; none where
-        the record is too short to decide.
-    float
+    only : str, optional
+        Name of the one kind that is compared.
     """
     kinds = kinds_for(angle)
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
     if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
-        return [], 0.0
+        return FoundFilters()
     inner = slice(left_out, n - left_out)
     target = _filled((signal - known)[inner], free_columns[inner].T)
     spectra = _Spectra(target, free_columns[inner].T, angle, order)
     if spectra.empty:
-        return [], 0.0
+        return FoundFilters()
     others = [spectra.of_others(target, each[inner].T) for each in (columns, free_columns)]
     log_other = math.log(0.5 * (1.0 - _PRIOR)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
@@ -123,16 +175,12 @@ def likely_filters(
         shown = through.rows(filter_, whitener)[:, inner][:, -filled.size :]
         return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner], filter_)
 
-    found: list[tuple[float, RecordingFilter]] = []
+    found = []
     for kind in kinds:
-        log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
-        found += _of_kind(kind, log_prior, spectra.of_noise, log_evidence)
-    found.sort(key=lambda each: -each[0])
-    log_filtered = _log_sum([value for value, _ in found])
-    likely = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
-    share = softmax([value for value, _ in likely]).tolist()
-    filters = [filter_ for _, filter_ in likely]
-    return list(zip(share, filters, strict=True)), float(expit(log_filtered - log_other))
+        if only in {None, kind.name}:
+            log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
+            found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence))
+    return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
 
 
 def _filled(signal: Array, rows: Array) -> Array:
@@ -150,8 +198,8 @@ def _of_kind(
     log_prior: float,
     of_noise: Callable[[RecordingFilter], float],
     log_evidence: Callable[[RecordingFilter], float],
-) -> list[tuple[float, RecordingFilter]]:
-    """Filters of a kind with their log evidence: some of all sizes, and all near the best of these."""
+) -> FoundKind:
+    """Filters of a kind: some of all sizes, and all near the best of these."""
     filters = [replace(kind.of(float(size)), log_prior=log_prior) for size in kind.sizes]
     known: dict[int, float] = {}
 
@@ -173,7 +221,8 @@ def _of_kind(
             best = best_of(tried[each] for each in (place - step, place + step) if 0 <= each < len(tried))
         place = tried.index(best)
         best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)] + 1))
-    return [(value, filters[i]) for i, value in known.items()]
+    ranked = sorted(known, key=lambda i: -known[i])
+    return FoundKind(kind.name, [(known[i], filters[i]) for i in ranked])
 
 
 def _spread(sizes: Array) -> list[int]:

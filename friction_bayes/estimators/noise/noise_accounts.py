@@ -231,12 +231,9 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
     evaluated = _evaluate(prepared, shapes)
     if not _white_noise_explains(evaluated):
-        filters, probability = prepared.filters_along(fit)
-        behind = _behind(prepared, filters[0][1], fit) if filters and probability > SLIGHT else []
-        # spectra behind filters include no force, and cannot identify a filter with one behind it
-        if sum(share for part, share in behind if not part.has_force) > 0.5:
-            evaluated = [(part, share * (1.0 - probability)) for part, share in evaluated]
-            evaluated += [(part, share * probability) for part, share in behind]
+        behind = _behind(prepared, fit)
+        rest = 1.0 - sum(share for _, share in behind)
+        evaluated = [*((part, share * rest) for part, share in evaluated), *behind]
     return tuple(NoiseAccount(part, prepared, share) for part, share in evaluated)
 
 
@@ -255,21 +252,41 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
     return float(expit(force - none))
 
 
-def _behind(prepared: PreparedDecay, filter_: RecordingFilter, laid: Laid) -> list[tuple[_Evaluated, float]]:
-    """Accounts behind filters like one, and their probabilities; the noise went through the filter too.
+def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float]]:
+    """Accounts behind filters, with their probabilities.
 
-    The spectra have compared the filters with each other above the motion's frequency, and a record is no
+    The spectra compare filters above the motion's frequency, all along one motion, and a record is no
     evidence twice. Near that frequency, where a force explains whatever a filter leaves, the odds against a
-    force compare them.
+    force compare them, each kind along its own motion. Spectra include no force behind a filter: with one, a
+    filter is identified as far as there may be none.
     """
+    filters = prepared.filters_along(laid)
     found: list[_Evaluated] = []
     values: list[float] = []
-    for share, each in prepared.behind(filter_, laid):
-        parts = _under_floor(prepared, [_Shape([each], _without_force(prepared, each))])
-        of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
-        found += parts
-        values += [math.log(share) + part.log_evidence - of_force for part in parts]
-    return list(zip(found, softmax(values).tolist(), strict=True))
+    for kind in filters.kinds:
+        if kind.log_evidence < filters.log_other + math.log(SLIGHT):
+            break
+        none = [value for part, value in zip(found, values, strict=True) if not part.has_force]
+        # one that is much less probable than the first has to leave no force where that leaves one
+        least = min(filters.kinds[0].log_evidence + math.log(SLIGHT), logsumexp(none) if none else -math.inf)
+        if kind.log_evidence < least:
+            break
+        behind = prepared.behind(kind, laid)
+        shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
+        # one sensor has one, and its estimate varies more than filters of a kind differ
+        floor = float(np.median([shape.still.noise_floor for shape in shapes]))
+        for (share, _), shape in zip(behind, shapes, strict=True):
+            parts = _under_floor(prepared, [shape], floor)
+            of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
+            found += parts
+            values += [kind.log_evidence + math.log(share) + part.log_evidence - of_force for part in parts]
+    if not found:
+        return []
+    shares = (filters.probability * softmax(values)).tolist()
+    none = sum(share for part, share in zip(found, shares, strict=True) if not part.has_force)
+    return [
+        (part, share * none if part.has_force else share) for part, share in zip(found, shares, strict=True)
+    ]
 
 
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
@@ -334,7 +351,8 @@ def _evaluate(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[tuple[_
     shares = _probabilities([*white, *coloured])
     found = list(zip(white, shares, strict=False))
     if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
-        parts = _under_floor(prepared, shapes)
+        # the least that a shape leaves near the motion
+        parts = _under_floor(prepared, shapes, min(shape.still.noise_floor for shape in shapes))
         for part, own in zip(parts, _probabilities(parts), strict=True):
             same = [k for k, each in enumerate(white) if part.of_white_noise and each.kind == part.kind]
             if same:
@@ -372,12 +390,11 @@ def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
     return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
 
 
-def _under_floor(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[_Evaluated]:
-    """All accounts, the noise nowhere below one floor: the least that a shape leaves near the motion.
+def _under_floor(prepared: PreparedDecay, shapes: Sequence[_Shape], floor: float) -> list[_Evaluated]:
+    """All accounts, the noise nowhere below a floor.
 
     The silence behind a filter is no evidence against friction, or for a force in place of the noise.
     """
-    floor = min(shape.still.noise_floor for shape in shapes)
     stills = []
     for still in (shape.still for shape in shapes):
         stills.append(_above(still.along(still.laid.with_noise(floor)), [still.laid], floor))

@@ -265,6 +265,8 @@ class FilterKind:
 
     Attributes
     ----------
+    name : str
+        In words.
     sizes : ndarray, shape (m,)
         Ascending, as probable one as another.
     of : callable, float -> RecordingFilter
@@ -273,6 +275,7 @@ class FilterKind:
         Whether it suppresses some frequencies altogether.
     """
 
+    name: str
     sizes: Array
     of: Callable[[float], RecordingFilter]
     has_zeros: bool
@@ -301,7 +304,8 @@ def _means(angle: float, times: int) -> FilterKind:
         return RecordingFilter(name, response, angle)
 
     # one of an even number of samples is centred between two: that is a delay
-    return FilterKind(_windows(angle, 2, _LONGEST_MEAN, step=1.0), of, has_zeros=True)
+    sizes = _windows(angle, 2, _LONGEST_MEAN, step=1.0)
+    return FilterKind(f"moving mean{', twice' if times == 2 else ''}", sizes, of, has_zeros=True)
 
 
 def _hann(angle: float) -> FilterKind:
@@ -318,7 +322,7 @@ def _hann(angle: float) -> FilterKind:
 
         return RecordingFilter(f"a Hann window of {window:.0f} samples", response, angle)
 
-    return FilterKind(_windows(angle, 3, _LONGEST_POLYNOMIAL), of, has_zeros=True)
+    return FilterKind("Hann window", _windows(angle, 3, _LONGEST_POLYNOMIAL), of, has_zeros=True)
 
 
 def _polynomials(angle: float, degree: int) -> FilterKind:
@@ -337,7 +341,8 @@ def _polynomials(angle: float, degree: int) -> FilterKind:
         name = f"a polynomial of degree {degree} or {degree + 1} over {window:.0f} samples (Savitzky-Golay)"
         return RecordingFilter(name, response, angle)
 
-    return FilterKind(_windows(angle, degree + 3, _LONGEST_POLYNOMIAL), of, has_zeros=True)
+    sizes = _windows(angle, degree + 3, _LONGEST_POLYNOMIAL)
+    return FilterKind(f"polynomial of degree {degree}", sizes, of, has_zeros=True)
 
 
 def _corners(lowest: float, highest: float) -> Array:
@@ -347,6 +352,7 @@ def _corners(lowest: float, highest: float) -> Array:
 
 
 def _of_corner(
+    name: str,
     angle: float,
     words: Callable[[float], str],
     response: Callable[..., Array],
@@ -373,7 +379,7 @@ def _of_corner(
         left = abs(complex(response(np.array([angle]), corner=_OF_STEEP * angle)[0]))
         between = (_OF_STEEP if left > 1.0 - _NEXT_TO_NOTHING else _LOWEST_CORNER, math.inf)
     highest = min(between[1] * angle, _HIGHEST_CORNER * math.pi)
-    return FilterKind(_corners(between[0] * angle, highest), of, has_zeros=False)
+    return FilterKind(name, _corners(between[0] * angle, highest), of, has_zeros=False)
 
 
 def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKind:
@@ -391,10 +397,11 @@ def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKin
         own = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
         return np.asarray(np.log((1.0 + own) / (1.0 - own)))
 
-    both = ", forward and backward" if ways == 2 else ""
+    name += ", forward and backward" if ways == 2 else ""
     return _of_corner(
+        name,
         angle,
-        lambda corner: f"{name}{both}, corner at {corner:.3g} times the motion's frequency",
+        lambda corner: f"a {name}, corner at {corner:.3g} times the motion's frequency",
         response,
         rates,
         both_ways=ways == 2,
@@ -404,12 +411,12 @@ def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKin
 def _butterworth(angle: float, order: int, ways: int) -> FilterKind:
     poles = np.exp(0.5j * math.pi * (1.0 + (2.0 * np.arange(order) + 1.0) / order))
     poles.imag[np.abs(poles.imag) < 1e-12] = 0.0
-    return _of_poles(angle, poles, f"a low pass of order {order}", ways)
+    return _of_poles(angle, poles, f"low pass of order {order}", ways)
 
 
 def _bessel(angle: float) -> FilterKind:
     poles = np.roots([1.0, 10.0, 45.0, 105.0, 105.0]).astype(np.complex128) / _BESSEL_HALF
-    return _of_poles(angle, poles, "a Bessel filter of order 4", 1)
+    return _of_poles(angle, poles, "Bessel filter of order 4", 1)
 
 
 def _smoothing(angle: float) -> FilterKind:
@@ -420,6 +427,7 @@ def _smoothing(angle: float) -> FilterKind:
         return np.asarray((1.0 - kept) / (1.0 - kept * np.exp(-1j * omega)))
 
     return _of_corner(
+        "exponential smoothing",
         angle,
         lambda corner: f"exponential smoothing by {-math.expm1(-corner * angle):.3g} a sample",
         response,
@@ -441,7 +449,10 @@ def _gaussian(angle: float) -> FilterKind:
         return np.asarray(shown / whole)
 
     return _of_corner(
-        angle, lambda corner: f"Gaussian weights of sd {half / (corner * angle):.3g} samples", response
+        "Gaussian weights",
+        angle,
+        lambda corner: f"Gaussian weights of sd {half / (corner * angle):.3g} samples",
+        response,
     )
 
 
@@ -450,6 +461,7 @@ def _couplings(angle: float) -> FilterKind:
         return np.asarray(1j * omega / (1j * omega + corner))
 
     return _of_corner(
+        "AC coupling",
         angle,
         lambda corner: f"an AC coupling, corner at {corner:.2g} times the motion's frequency",
         response,

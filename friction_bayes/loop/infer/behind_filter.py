@@ -39,5 +39,5 @@ def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilt
     corners = np.hstack([plain, corner_columns(path)])
     signal = np.where(missing, np.nan, found.regression.target + law.known)
     angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
-    filters, probability = likely_filters(signal, law.known, plain, corners, angle, order)
-    return blended(filters, law.read.values) if probability > 0.5 else None
+    filters = likely_filters(signal, law.known, plain, corners, angle, order)
+    return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None

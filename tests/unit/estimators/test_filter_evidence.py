@@ -34,4 +34,6 @@ def test_too_few_samples_decide_on_no_filter(rng: np.random.Generator, samples: 
     phase = angle * np.arange(samples)
     swing = np.column_stack([np.cos(phase), np.sin(phase)])
     signal = swing[:, 0] + 1e-3 * rng.standard_normal(samples)
-    assert likely_filters(signal, np.zeros(samples), swing, swing, angle, 0) == ([], 0.0)
+    found = likely_filters(signal, np.zeros(samples), swing, swing, angle, 0)
+    assert not found.kinds
+    assert found.probability == 0.0
