@@ -233,11 +233,11 @@ class _Move:
 
 
 def _moves(dataset: xr.Dataset) -> dict[str, dict[float, _Move]]:
-    """Of each setting what halving and doubling do; an archive may have some that are no more."""
+    """Of each setting what halving and doubling do."""
     (default,) = np.flatnonzero(dataset["setting"] == _AS_IT_IS)
     found: dict[str, dict[float, _Move]] = {}
     for i, (name, factor) in enumerate(zip(dataset["setting"].values, dataset["factor"].values, strict=True)):
-        if i != default and name in _FIELDS:
+        if i != default:
             move = _Move.of(dataset.isel(cell=i), dataset.isel(cell=default))
             found.setdefault(str(name), {})[float(factor)] = move
     return found
