@@ -261,17 +261,18 @@ def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float
     filter is identified as far as there may be none.
     """
     filters = prepared.filters_along(laid)
+    likely = {each.name for _, each in filters.likely}
     found: list[_Evaluated] = []
     values: list[float] = []
     for kind in filters.kinds:
         if kind.log_evidence < filters.log_other + math.log(SLIGHT):
             break
         none = [value for part, value in zip(found, values, strict=True) if not part.has_force]
-        # one that is much less probable than the first has to leave no force where that leaves one
-        least = min(filters.kinds[0].log_evidence + math.log(SLIGHT), logsumexp(none) if none else -math.inf)
-        if kind.log_evidence < least:
+        sizes = sum(each.name in likely for _, each in kind.filters)
+        # an unlikely one has to leave no force where likely ones leave one
+        if sizes == 0 and kind.log_evidence < logsumexp(none):
             break
-        behind = prepared.behind(kind, laid)
+        behind = prepared.behind(kind, laid)[: sizes or None]
         shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
         # one sensor has one, and its estimate varies more than filters of a kind differ
         floor = float(np.median([shape.still.noise_floor for shape in shapes]))
