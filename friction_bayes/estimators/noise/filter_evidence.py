@@ -123,6 +123,8 @@ class FoundFilters:
     def likely(self) -> list[tuple[float, RecordingFilter]]:
         """The most probable filters, the first of them most, with their probabilities among themselves."""
         found = sorted((each for kind in self.kinds for each in kind.filters), key=lambda each: -each[0])
+        if not found:
+            return []
         found = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
         share = softmax([value for value, _ in found]).tolist()
         return list(zip(share, (each for _, each in found), strict=True))

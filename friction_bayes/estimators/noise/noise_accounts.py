@@ -270,7 +270,7 @@ def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float
         none = [value for part, value in zip(found, values, strict=True) if not part.has_force]
         sizes = sum(each.name in likely for _, each in kind.filters)
         # an unlikely one has to leave no force where likely ones leave one
-        if sizes == 0 and kind.log_evidence < logsumexp(none):
+        if sizes == 0 and kind.log_evidence < logsumexp([-math.inf, *none]):
             break
         behind = prepared.behind(kind, laid)[: sizes or None]
         shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]

@@ -36,4 +36,5 @@ def test_too_few_samples_decide_on_no_filter(rng: np.random.Generator, samples: 
     signal = swing[:, 0] + 1e-3 * rng.standard_normal(samples)
     found = likely_filters(signal, np.zeros(samples), swing, swing, angle, 0)
     assert not found.kinds
+    assert found.likely == []
     assert found.probability == 0.0
