@@ -264,13 +264,13 @@ def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float
     likely = {each.name for _, each in filters.likely}
     found: list[_Evaluated] = []
     values: list[float] = []
+    log_none = -math.inf
     for kind in filters.kinds:
         if kind.log_evidence < filters.log_other + math.log(SLIGHT):
             break
-        none = [value for part, value in zip(found, values, strict=True) if not part.has_force]
         sizes = sum(each.name in likely for _, each in kind.filters)
         # an unlikely one has to leave no force where likely ones leave one
-        if sizes == 0 and kind.log_evidence < logsumexp([-math.inf, *none]):
+        if sizes == 0 and kind.log_evidence < log_none:
             break
         behind = prepared.behind(kind, laid)[: sizes or None]
         shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
@@ -279,14 +279,18 @@ def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float
         for (share, _), shape in zip(behind, shapes, strict=True):
             parts = _under_floor(prepared, [shape], floor)
             of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
-            found += parts
-            values += [kind.log_evidence + math.log(share) + part.log_evidence - of_force for part in parts]
+            for part in parts:
+                found.append(part)
+                values.append(kind.log_evidence + math.log(share) + part.log_evidence - of_force)
+                if not part.has_force:
+                    log_none = np.logaddexp(log_none, values[-1])
     if not found:
         return []
     shares = (filters.probability * softmax(values)).tolist()
-    none = sum(share for part, share in zip(found, shares, strict=True) if not part.has_force)
+    without = sum(share for part, share in zip(found, shares, strict=True) if not part.has_force)
     return [
-        (part, share * none if part.has_force else share) for part, share in zip(found, shares, strict=True)
+        (part, share * without if part.has_force else share)
+        for part, share in zip(found, shares, strict=True)
     ]
 
 
