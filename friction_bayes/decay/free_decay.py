@@ -437,7 +437,7 @@ def _refusal(
     if status == NO_OSCILLATION:
         return InputError(
             name,
-            f"no free oscillation found within a factor {BAND:g} of the declared sqrt(k/m)",
+            f"no free oscillation found within a factor {BAND:g} of {_declared(system)}",
             f"check the record, {system.moving_name} and stiffness; where it was released more than once, "
             "take one decay by --start and --end",
         )
@@ -462,6 +462,11 @@ def _refusal(
         name,
         f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
         ("give a longer record" if cycles < LEAST_HALF_CYCLES + 1.0 else "release it from farther away")
-        + f", or check {system.moving_name} and stiffness, which declare "
-        f"{system.natural_frequency / (2.0 * math.pi):.3g} Hz (SI units: kg, N/m)",
+        + f", or check {system.moving_name} and stiffness, for {_declared(system)}",
     )
+
+
+def _declared(system: Oscillator) -> str:
+    """The declared frequency, with the units that give it."""
+    units = "kg m2, N m/rad" if system.angular else "kg, N/m"
+    return f"the declared {system.natural_frequency / (2.0 * math.pi):.3g} Hz (SI units: {units})"

@@ -76,7 +76,8 @@ def plot_friction(
         draw_friction(axes, friction, None if draws is None else np.ravel(draws), truth)
         axes.set_xlabel(f"friction [{unit}]")
         axes.set_title(title)
-        axes.legend(loc="upper right")
+        # clear of the curve, which may have two humps
+        axes.legend(loc="best")
     return figure
 
 

@@ -71,7 +71,7 @@ def plot_fit(
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
         whole.tick_params(labelbottom=False)
 
-        _draw_residual(below, time, residual, noise_sd)
+        _draw_residual(below, time, residual, noise_sd, decay.unit)
 
         period = 2.0 * math.pi / decay.frequency
         last = time >= time[-1] - 4.0 * period
@@ -104,21 +104,23 @@ def plot_residual(
     with styled():
         figure = new_figure(9.0, 4.6)
         panels = figure.subplot_mosaic([["time", "time"], ["phase", "shape"]], width_ratios=(2.2, 1.0))
-        _draw_residual(panels["time"], decay.start_time + decay.time, residual, noise_sd)
+        _draw_residual(panels["time"], decay.start_time + decay.time, residual, noise_sd, decay.unit)
         panels["time"].set_title(f"{title or decay.name}: residual")
         phase = np.degrees(frequency * decay.time + decay.phase) % 360.0
-        _draw_residual(panels["phase"], phase, residual, noise_sd, ".")
+        _draw_residual(panels["phase"], phase, residual, noise_sd, decay.unit, ".")
         panels["phase"].set_xlabel("phase [deg], 0 at the positive turning points")
         panels["phase"].set_xticks([0, 90, 180, 270, 360])
         _draw_histogram(panels["shape"], residual, noise_sd, decay.unit)
     return figure
 
 
-def _draw_residual(axes: Axes, x: Array, residual: Array, noise_sd: float, marks: str = "-") -> None:
+def _draw_residual(
+    axes: Axes, x: Array, residual: Array, noise_sd: float, unit: str, marks: str = "-"
+) -> None:
     """Residuals over a band of two standard deviations of the noise."""
     axes.axhspan(-2.0 * noise_sd, 2.0 * noise_sd, color=FAINT, lw=0.0)
     axes.plot(x, residual, marks, color=ACCENT, lw=0.6, ms=1.6, mew=0.0, rasterized=True)
-    axes.set_ylabel("residual")
+    axes.set_ylabel(f"residual [{unit}]")
     axes.set_xlabel("time [s]")
     caption(axes, "shaded: ± 2 sd of the noise")
     low, high = np.quantile(residual, [0.0005, 0.9995])

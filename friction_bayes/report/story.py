@@ -470,7 +470,7 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
     rounding = (noise.get("step") or 0.0) / math.sqrt(12.0)
     if rounding > _NOTABLE_ROUNDING * noise["sd"]:
         share = number(noise["sd"] / rounding, 3)
-        text += f"{share} of what rounding to steps of {number(noise['step'], 3)} {unit} leaves; "
+        text += f"{share} times what rounding to steps of {number(noise['step'], 3)} {unit} leaves; "
     behind = behind_filter(noise.get("filter"))
     if noise["model"] == "white":
         return text + "white" + behind

@@ -316,7 +316,7 @@ class PreparedDecay:
         looked for once more, as the first was found along a motion that was fitted without a filter.
         """
         path = self._seen_through(kind.filters[0][1], laid)
-        # at the edge of what is tried, none may be of that motion's frequency
+        # at another frequency a record that was just long enough may be too short
         filters = self.filters_along(path, only=kind.name).likely or [(1.0, kind.filters[0][1])]
         path = self._seen_through(filters[0][1], path)
         return [(share, path.behind(each, self.natural(path))) for share, each in filters]

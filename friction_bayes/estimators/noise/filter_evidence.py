@@ -66,7 +66,7 @@ _INTEGRATED = (2, 4)
 """Powers of the spectrum of noise that was integrated once or twice, by trapezoids."""
 _STRIDE, _FIRST = 1.12, 4
 """Ratio of the sizes among which the best is found: the evidence has humps that are wider. Of filters without
-zeros it has one, and every fourth is tried first."""
+zeros every fourth is tried first."""
 _BY_NOISE = 4
 """How many sizes of a filter with zeros are tried: those that the zeros of the noise make most probable."""
 _MOST, _MUCH_LESS = 30, 0.05
@@ -123,10 +123,8 @@ class FoundFilters:
     def likely(self) -> list[tuple[float, RecordingFilter]]:
         """The most probable filters, the first of them most, with their probabilities among themselves."""
         found = sorted((each for kind in self.kinds for each in kind.filters), key=lambda each: -each[0])
-        if not found:
-            return []
         found = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
-        share = softmax([value for value, _ in found]).tolist()
+        share = softmax([value for value, _ in found]).tolist() if found else []
         return list(zip(share, (each for _, each in found), strict=True))
 
 
@@ -215,13 +213,18 @@ def _of_kind(
         best_of(range(max(best - 1, 0), min(best + 2, len(filters))))
     else:
         tried = _spread(kind.sizes)
-        step = _FIRST
-        best = best_of([*tried[::step], tried[-1]])
-        while step > 1:
-            step //= 2
-            place = tried.index(best)
-            best = best_of(tried[each] for each in (place - step, place + step) if 0 <= each < len(tried))
-        place = tried.index(best)
+        first = [*range(0, len(tried) - 1, _FIRST), len(tried) - 1]
+        best_of(tried[each] for each in first)
+        values = np.array([-np.inf, *(known[tried[each]] for each in first), -np.inf])
+        # noise and corners may each have a hump
+        for hump in np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])):
+            place, step = first[hump], _FIRST
+            while step > 1:
+                step //= 2
+                near = [each for each in (place - step, place, place + step) if 0 <= each < len(tried)]
+                best_of(tried[each] for each in near)
+                place = max(near, key=lambda each: known[tried[each]])
+        place = tried.index(best_of(()))
         best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)] + 1))
     ranked = sorted(known, key=lambda i: -known[i])
     return FoundKind(kind.name, [(known[i], filters[i]) for i in ranked])

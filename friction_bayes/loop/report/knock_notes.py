@@ -29,10 +29,10 @@ def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
     """
     decay = fit.segment.decay
     for (start, end), (a, b) in zip(knock_times(fit), fit.knocks, strict=True):
-        force = unit_force * fit.fluctuation[a : b + 1]
-        largest = float(force[np.argmax(np.abs(force))])
+        # not its level: a constant force shifts the rest position, which an accelerometer does not show
+        change = unit_force * float(np.ptp(fit.fluctuation[a : b + 1]))
         yield (
             f"{decay.name}: knocked at {decay.start_time + start:.4g} s: for {end - start:.2g} s a force "
-            f"acts that the rest of the record does not show, {largest:.3g} {unit} where it is largest; "
+            f"acts that the rest of the record does not show, and that changes by {change:.3g} {unit}; "
             "friction and the random force are estimated without it"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -166,6 +167,18 @@ def test_one_record_or_many_are_cut_alike(rng: np.random.Generator) -> None:
 def test_refusals(signal: np.ndarray, message: str) -> None:
     with pytest.raises(InputError, match=message):
         found(signal, 1000.0, "displacement")
+
+
+@pytest.mark.parametrize("samples", [400, 4000], ids=["short", "noise"])
+def test_a_refusal_says_which_frequency_is_declared_and_in_which_units(samples: int) -> None:
+    signal = np.random.default_rng(1).standard_normal(4000)
+    if samples == 400:
+        signal = decay_signal("displacement", 1000.0, 0.4)[0]
+    with pytest.raises(InputError, match=re.escape("the declared 2.9 Hz (SI units: kg, N/m)")):
+        found(signal, 1000.0, "displacement")
+    rotor = Oscillator(inertia=SYSTEM.mass, stiffness=SYSTEM.stiffness)
+    with pytest.raises(InputError, match=re.escape("the declared 2.9 Hz (SI units: kg m2, N m/rad)")):
+        found(signal, 1000.0, "angle", rotor)
 
 
 def test_quantity_of_the_other_kind_of_system() -> None:

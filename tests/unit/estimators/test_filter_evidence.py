@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from friction_bayes.estimators.noise.filter_evidence import _residual, likely_filters
+from friction_bayes.estimators.noise.filter_evidence import _of_kind, _residual, likely_filters
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, kinds_for
 
 SAMPLES = 400
 
@@ -38,3 +41,16 @@ def test_too_few_samples_decide_on_no_filter(rng: np.random.Generator, samples: 
     assert not found.kinds
     assert found.likely == []
     assert found.probability == 0.0
+
+
+def test_the_higher_of_two_humps_is_found_where_both_are_tried_first() -> None:
+    """As of a Bessel filter of an accelerometer, whose corners resemble those at half its corner."""
+    kind = next(kind for kind in kinds_for(10.0 / 240.0) if kind.name.startswith("Bessel"))
+
+    def log_evidence(filter_: RecordingFilter) -> float:
+        corner = float(filter_.name.split("corner at ")[1].split()[0])
+        wide, narrow = (math.log(corner / place) for place in (2.7, 4.89))
+        return max(100.0 - 1500.0 * wide**2, 700.0 - 34000.0 * narrow**2, 35.0 - 200.0 * abs(narrow))
+
+    found = _of_kind(kind, 0.0, lambda filter_: 0.0, log_evidence)
+    assert found.filters[0][0] == pytest.approx(700.0, abs=1.0)

@@ -12,8 +12,10 @@ from scipy.special import logsumexp
 import friction_bayes as fb
 from friction_bayes.estimators.noise import noise_accounts as accounts_module
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay, PreparedDecay
+from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_accounts import noise_accounts
 from friction_bayes.estimators.noise.noise_integral import over_noise
+from friction_bayes.estimators.noise.recording_filters import kinds_for
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.problem import Problem
@@ -48,6 +50,19 @@ def plain_decay(step: float, rng: np.random.Generator) -> PlainDecay:
         phase_sd=1e-3,
         noise_sd=max(NOISE, step / math.sqrt(12.0)),
     )
+
+
+def test_a_filter_that_is_not_found_again_is_the_one_that_was_found(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Behind a filter the frequency differs: the record may be too short at it, or lack sizes of the kind."""
+    prepared = PreparedDecay(plain_decay(0.0, rng))
+    mean = kinds_for(1.0 / 3.0)[0]
+    monkeypatch.setattr(PreparedDecay, "filters_along", lambda self, laid, only: FoundFilters())
+    kind = FoundKind(mean.name, [(0.0, mean.of(2.0))])
+    ((share, laid),) = prepared.behind(kind, prepared.along_fit())
+    assert share == 1.0
+    assert laid.filter is kind.filters[0][1]
 
 
 def by_quadrature(problem: Problem) -> tuple[float, float, float]:

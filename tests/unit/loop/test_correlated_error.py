@@ -36,3 +36,9 @@ def test_the_report_calls_the_noise_autoregressive(rng: np.random.Generator) -> 
     assert noise["correlation_length_s"] == pytest.approx(ERROR_TIME, rel=0.4)
     assert noise["sd"] == pytest.approx(math.hypot(WHITE, ERROR), rel=0.15)
     assert "left_over" not in report.because
+
+
+def test_the_residual_contains_the_errors_too(rng: np.random.Generator) -> None:
+    report = fb.close_loop([correlated_record(rng, ERROR)], SYSTEM, seed=1, effects=EFFECTS)
+    for sd in (report.residual["after"]["rms"], report.held_out_error["noise_floor"]):
+        assert sd == pytest.approx(report.noise["sd"], rel=0.1)

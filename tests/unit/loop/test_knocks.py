@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
 import friction_bayes as fb
 from friction_bayes.loop.infer.knocks import jump_tails, log_odds_of_knocks, spans_of
-from friction_bayes.loop.report.knock_notes import knock_times
+from friction_bayes.loop.report.knock_notes import knock_notes, knock_times
 from friction_bayes.plotting.fluctuation import plot_fluctuation
 from unsteady_decays import FRICTION, SYSTEM, WHITE, fitted, sensed, unsteady_motion
 
@@ -55,7 +57,7 @@ def test_a_knock_is_reported_in_the_report() -> None:
     report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
     reported = [note for note in report.notes if "knocked at" in note]
     assert len(reported) == 1
-    assert "N where it is largest" in reported[0]
+    assert _size(reported[0]) == pytest.approx(6.0 * FRICTION * SYSTEM.stiffness, rel=0.2)
     low, high = report.friction_after["interval90"]
     assert low < FRICTION * SYSTEM.stiffness < high
     trace = report.traces[0].fluctuation
@@ -63,6 +65,24 @@ def test_a_knock_is_reported_in_the_report() -> None:
     ((start, end),) = trace.knocks
     assert start < 4.05
     assert end > 4.0
+
+
+def _size(note: str) -> float:
+    return float(note.split("changes by ")[1].split(" N")[0])
+
+
+def test_a_constant_force_which_an_accelerometer_does_not_show_is_no_part_of_a_knock() -> None:
+    rng = np.random.default_rng(3)
+    motion = unsteady_motion(rng, 0.2, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[2]
+    fit = fitted(sensed(motion + 100.0 * WHITE * rng.standard_normal(motion.size), 2), ["viscous_damping"])
+    sizes = []
+    for level in (0.0, -8.0 * FRICTION):
+        states = fit.motion.states + np.array([0.0, 0.0, level])
+        there = replace(fit, motion=replace(fit.motion, states=states))
+        (note,) = knock_notes(there, SYSTEM.stiffness, "N")
+        sizes.append(_size(note))
+    assert sizes[0] == pytest.approx(6.0 * FRICTION * SYSTEM.stiffness, rel=0.2)
+    assert sizes[1] == sizes[0]
 
 
 def test_a_knock_in_a_motion_without_a_random_force_is_no_random_force() -> None:

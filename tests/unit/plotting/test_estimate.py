@@ -56,6 +56,7 @@ def test_fit(decay: FreeDecay) -> None:
     whole, below = figure.axes[0], figure.axes[1]
     np.testing.assert_array_equal(whole.lines[-1].get_ydata(), prediction)
     np.testing.assert_allclose(below.lines[-1].get_ydata(), decay.values - prediction)
+    assert below.get_ylabel() == "residual [m]"
 
 
 def test_amplitudes_fall_by_two_coefficients_a_half_cycle(decay: FreeDecay) -> None:
@@ -99,6 +100,20 @@ def test_friction_and_truth(rng: np.random.Generator) -> None:
         {"a": friction, "b": friction, "c": friction}, unit="N m", draws={"a": draws}
     )
     assert texts(panels).count("friction [N m]") == 3
+
+
+def test_the_legend_of_friction_covers_no_hump() -> None:
+    class Humps(stats.rv_continuous):
+        def _pdf(self, x: np.ndarray) -> np.ndarray:
+            return 0.5 * stats.norm.pdf(x, 0.2, 0.05) + 0.5 * stats.norm.pdf(x, 0.9, 0.01)
+
+    figure = plot_friction(Humps(a=0.0, b=1.0)(), unit="N")
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    curve = axes.transData.transform(axes.lines[0].get_xydata())
+    legend = axes.get_legend()
+    assert legend is not None
+    assert not legend.get_window_extent().contains(*curve[curve[:, 1].argmax()])
 
 
 def test_joint() -> None:
