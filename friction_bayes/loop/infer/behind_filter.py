@@ -12,7 +12,7 @@ from friction_bayes.core.arrays import Mask
 from friction_bayes.estimators.noise.filter_evidence import likely_filters
 from friction_bayes.estimators.noise.free_corners import corner_columns
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
-from friction_bayes.loop.infer.moving_record import LawAlongMotion
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 
 __all__ = ["filter_of"]
 

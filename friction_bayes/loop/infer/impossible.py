@@ -10,7 +10,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
-from friction_bayes.loop.infer.moving_record import LawAlongMotion
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.problem import Problem
 

@@ -22,10 +22,11 @@ from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES, Line
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord, force_prior
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
 from friction_bayes.loop.infer.record_fit import (
     ForceFit,
     fit_random_force,
@@ -249,7 +250,7 @@ def _along(
     friction = _friction_of_loss(alone)
     found = []
     for record, motion, lines, law in zip(records, motions, _lines(alone), laws, strict=True):
-        along = record.along(motion, w0, lines, friction=friction, about=law)
+        along = LawAlongMotion.of(record, motion, w0, lines, friction=friction, about=law)
         if along is None:
             raise too_few_turning_points(record.segment)
         found.append(along)

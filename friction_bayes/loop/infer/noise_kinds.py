@@ -14,8 +14,9 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.noise.likelihood import NoiseFit

@@ -18,13 +18,14 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import Line, lines_in_residual
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.behind_filter import filter_of
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
 from friction_bayes.loop.infer.finer_columns import finer_lines, finer_shapes, lines_that_show
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
@@ -299,7 +300,8 @@ class Round:
     def _along(self, whole: MovingRecord) -> LawAlongMotion | None:
         """Its law along its motion under other circumstances."""
         record = whole.setting_aside(self.aside)
-        return record.along(self.motion, self.found.w0, self.lines, about=self.found.law.about)
+        about = self.found.law.about
+        return LawAlongMotion.of(record, self.motion, self.found.w0, self.lines, about=about)
 
     def in_its_colour_near_motion(self) -> Round | None:
         """The same, the noise nowhere below its level near the motion's frequency."""
@@ -364,8 +366,8 @@ def _law_along(
     Fewer samples than columns do not determine the shapes that effects may take: then the effects of one
     column alone are evaluated.
     """
-    along = whole.setting_aside(aside).along(motion, w0, lines, about=about)
+    along = LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)
     if along is None or along.determined:
         return whole, along
-    whole = whole.of_one_column(along.law)
-    return whole, whole.setting_aside(aside).along(motion, w0, lines, about=about)
+    whole = whole.of_one_column(along.law.columns)
+    return whole, LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)

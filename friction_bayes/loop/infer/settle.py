@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
-from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.noise.colour import is_coloured

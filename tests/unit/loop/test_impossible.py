@@ -10,10 +10,11 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.impossible import impossible, integrate_possible
-from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
@@ -65,7 +66,7 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     allowed = ("encoder_eccentricity",)
     whole = MovingRecord.of(segment, wheel, allowed, scales_of((segment,), wheel))
     w0, motion = whole.first_motion()
-    found = whole.along(motion, w0, ())
+    found = LawAlongMotion.of(whole, motion, w0, ())
     assert found is not None
 
     def integrated(problem: Problem) -> Posterior:

@@ -1,0 +1,140 @@
+"""The law of a record along a motion: columns, their sets and regression in one round of an analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
+from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
+from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
+from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
+from friction_bayes.statespace.force_prior import ForcePrior
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.problem import Problem
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.smoother import SmoothedMotion
+
+__all__ = ["LEAST_TURNS", "LawAlongMotion", "force_prior"]
+
+LEAST_TURNS = 2
+"""Least number of turning points, between which a law has a whole half cycle."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawAlongMotion:
+    """A law along a motion.
+
+    Attributes
+    ----------
+    w0 : float
+        Frequency of the natural units [rad/s].
+    path : MeasuredPath
+    law : LawColumns
+    sets : ColumnSets
+    regression : LawRegression
+    prior : ForcePrior
+    """
+
+    w0: float
+    path: MeasuredPath
+    law: LawColumns
+    sets: ColumnSets
+    regression: LawRegression
+    prior: ForcePrior
+
+    @classmethod
+    def of(
+        cls,
+        record: MovingRecord,
+        motion: SmoothedMotion,
+        w0: float,
+        lines: Sequence[Line],
+        *,
+        friction: float | None = None,
+        about: LawBefore | None = None,
+    ) -> LawAlongMotion | None:
+        """The law of a record along a motion; None where that holds too few turning points.
+
+        Parameters
+        ----------
+        record : MovingRecord
+        motion : SmoothedMotion
+        w0 : float
+            Frequency of the natural units [rad/s].
+        lines : sequence of Line
+            Those of each effect, the strongest first.
+        friction : float, optional
+            Rough friction, natural units; what explains the loss of amplitude by default.
+        about : LawBefore, optional
+            The law about which the columns are linear; forces along the motion alone by default.
+        """
+        x, v = motion.states[:, :2].T.copy()
+        pendulum = record.system.pendulum
+        path = MeasuredPath.through(record.phase(w0), x, v, motion.velocity_sd, pendulum=pendulum)
+        if path.turning.size < LEAST_TURNS:
+            return None
+        rough = friction_along(path) if friction is None else friction
+        law = law_columns(path, record, w0=w0, friction=rough, lines=lines, about=about)
+        clock = record.clock_along(path, law.feedback, w0)
+        sets = column_sets(law, record.effects)
+        regression = LawRegression(
+            clock=clock,
+            row=law.row,
+            names=tuple(str(j) for j in range(law.scale.size)),
+            columns=law.sensor,
+            states=law.states,
+            known_states=law.known_states,
+            target=record.signal(w0) - law.known,
+            scale=law.scale,
+            positive=law.positive,
+            sets=sets.columns,
+            log_prior=sets.log_prior,
+            stiffness=law.always[2],
+            motion=motion,
+            least_noise=max(record.least_noise / w0**record.segment.order, record.error.least_noise),
+        )
+        prior = force_prior(rough)
+        # a random force with coloured noise would count twice: both explain what is not white
+        may_act = record.forced and clock.autoregression is None
+        return cls(w0, path, law, sets, regression, prior if may_act else prior.without_force)
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The regression of this record alone."""
+        return Problem.of(self.regression)
+
+    def without(self, sets: Mask) -> LawAlongMotion:
+        """The same without the sets, ``sets`` of shape (m,), which have no prior probability then."""
+        log_prior = np.where(sets, -np.inf, self.regression.log_prior)
+        return replace(self, regression=replace(self.regression, log_prior=log_prior))
+
+    @property
+    def determined(self) -> bool:
+        """Whether more samples are fitted than there are columns."""
+        return int(np.count_nonzero(np.isfinite(self.regression.clock.variance))) > self.law.scale.size
+
+    @property
+    def of_sensor(self) -> Mask:
+        """Columns of sensor effects, shape (p,)."""
+        return np.array([isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns])
+
+    def sensor_errors(self, sizes: Array) -> Array:
+        """Errors of the samples by sensor effects of some sizes, natural units, shape (n,).
+
+        They follow the motion: one that jumps where the motion turns moves with the turning points.
+        """
+        return np.asarray(self.law.sensor[:, self.of_sensor] @ sizes)
+
+
+def force_prior(friction: float) -> ForcePrior:
+    """Prior of the random force, given a rough friction, natural units."""
+    return ForcePrior(centre=settings.SETTINGS.force_share * friction)
