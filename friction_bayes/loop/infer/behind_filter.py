@@ -17,7 +17,7 @@ from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 __all__ = ["filter_of"]
 
 
-def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilter | None:
+def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     """The mean of a record's probable filters, with their differences; None where none is as probable.
 
     Forces other than friction are represented by a swing of varying amplitude and phase: above the motion's
@@ -29,8 +29,6 @@ def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilt
         As if there were no filter.
     missing : ndarray of bool, shape (n,)
         Samples that are not used.
-    order : int
-        Order of the derivative measured.
     """
     law, clock, path = found.law, found.regression.clock, found.path
     if not clock.even:
@@ -39,5 +37,5 @@ def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilt
     corners = np.hstack([plain, corner_columns(path)])
     signal = np.where(missing, np.nan, found.regression.target + law.known)
     angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
-    filters = likely_filters(signal, law.known, plain, corners, angle, order)
+    filters = likely_filters(signal, law.known, plain, corners, angle, found.segment.order)
     return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None

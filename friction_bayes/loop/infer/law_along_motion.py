@@ -16,8 +16,10 @@ from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
-from friction_bayes.statespace.force_prior import ForcePrior
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
@@ -31,10 +33,12 @@ LEAST_TURNS = 2
 
 @dataclass(frozen=True, eq=False)
 class LawAlongMotion:
-    """A law along a motion.
+    """The law of a record along a motion.
 
     Attributes
     ----------
+    record : MovingRecord
+        Without the samples that are set aside.
     w0 : float
         Frequency of the natural units [rad/s].
     path : MeasuredPath
@@ -44,6 +48,7 @@ class LawAlongMotion:
     prior : ForcePrior
     """
 
+    record: MovingRecord
     w0: float
     path: MeasuredPath
     law: LawColumns
@@ -105,7 +110,12 @@ class LawAlongMotion:
         prior = force_prior(rough)
         # a random force with coloured noise would count twice: both explain what is not white
         may_act = record.forced and clock.autoregression is None
-        return cls(w0, path, law, sets, regression, prior if may_act else prior.without_force)
+        return cls(record, w0, path, law, sets, regression, prior if may_act else prior.without_force)
+
+    @property
+    def segment(self) -> Segment:
+        """The samples of the record, and what is known of them."""
+        return self.record.segment
 
     @cached_property
     def problem(self) -> Problem:
@@ -116,6 +126,17 @@ class LawAlongMotion:
         """The same without the sets, ``sets`` of shape (m,), which have no prior probability then."""
         log_prior = np.where(sets, -np.inf, self.regression.log_prior)
         return replace(self, regression=replace(self.regression, log_prior=log_prior))
+
+    def on(self, record: MovingRecord) -> LawAlongMotion:
+        """The same law of the record with other noise of its samples, or other jumps of the force."""
+        clock = record.clock_along(self.path, self.law.feedback, self.w0)
+        return replace(self, record=record, regression=replace(self.regression, clock=clock))
+
+    def left_out(self, law: Array, force: GridPoint) -> LeftOut:
+        """The samples, each predicted from all others by coefficients (p,) and a random force."""
+        error, variance = self.regression.left_out(law, force.ratio, force.tau)
+        unit = self.w0**self.segment.order
+        return LeftOut(segment=self.segment, scales=self.record.scales, error=unit * error, variance=variance)
 
     @property
     def determined(self) -> bool:

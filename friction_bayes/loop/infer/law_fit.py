@@ -200,15 +200,13 @@ def _together(
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     along = _along(alone, records, motions, w0)
     spreads = spreads_evaluated()
-    first = _evaluated(
-        alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
-    )
+    first = _evaluated(alone, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True)
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
     about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
     along = _along(alone, records, motions, w0 * change, about)
-    return _evaluated(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+    return _evaluated(alone, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
 
 
 def _records(
@@ -219,7 +217,8 @@ def _records(
     sizes, filters = _shared_sizes(alone), _filters(alone)
     members = []
     for fit, filter_ in zip(alone, filters, strict=True):
-        record = MovingRecord.of(fit.segment, system, allowed, scales, noise=fit.noise, samples=fit.samples)
+        noise, samples = fit.record.noise, fit.record.samples
+        record = MovingRecord.of(fit.segment, system, allowed, scales, noise=noise, samples=samples)
         variance = fit.clock.variance
         if filter_ is None:
             # what jumps is known behind a filter alone
@@ -229,7 +228,7 @@ def _records(
                 record,
                 variance=variance,
                 forced=fit.forced,
-                error=fit.error,
+                error=fit.record.error,
                 sizes=sizes,
                 filter=filter_,
                 jump=fit.clock.jump[fit.clock.index],
@@ -259,7 +258,6 @@ def _along(
 
 def _evaluated(
     alone: tuple[ForceFit, ...],
-    records: tuple[MovingRecord, ...],
     along: tuple[LawAlongMotion, ...],
     some: Array,
     *,
@@ -289,8 +287,8 @@ def _evaluated(
         prior = prior.without_force
     posterior = integrate_force(problem, prior, only_mode=only_mode)
     fits = tuple(
-        force_fit(record, found, *each, one.sensor_noise)
-        for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)
+        force_fit(found, *each, one.sensor_noise)
+        for found, each, one in zip(along, _under(posterior), alone, strict=True)
     )
     return LawFit(
         alone=alone,

@@ -13,20 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.noise.likelihood import NoiseFit
-from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
-from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.regression import LawRegression
 
 __all__ = ["NoiseKind", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
@@ -108,42 +104,39 @@ def log_convention(used: int, unit: float) -> float:
 
 
 def evaluate_sensor_noise(
-    record: MovingRecord, along: LawAlongMotion, outliers: Mask
-) -> tuple[LawRegression, Posterior, NoiseKinds]:
+    along: LawAlongMotion, cleaned: LawAlongMotion
+) -> tuple[LawAlongMotion, Posterior, NoiseKinds]:
     """Evidence of each kind of noise, and the posterior over the random force under the most probable.
 
     Parameters
     ----------
-    record : MovingRecord
-        Without the samples that are set aside even if there are no outliers.
     along : LawAlongMotion
-        Its law.
-    outliers : ndarray of bool, shape (n,)
-        Samples that are outliers if there are any.
+        The law of the record.
+    cleaned : LawAlongMotion
+        The same without the samples that are outliers if there are any; ``along`` itself where none are.
 
     Returns
     -------
-    regression : LawRegression
+    along : LawAlongMotion
         Under the most probable noise.
     posterior : Posterior
     noise : NoiseKinds
     """
-    evaluated = _given_samples(record, along, contaminated=False)
-    if outliers.any():
-        cleaned = record.setting_aside(outliers)
-        evaluated += _given_samples(cleaned, along, contaminated=True)
+    evaluated = _given_samples(along, contaminated=False)
+    if cleaned is not along:
+        evaluated += _given_samples(cleaned, contaminated=True)
     chosen = max(range(len(evaluated)), key=lambda k: evaluated[k].log_weight)
     best, white = evaluated[chosen], evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
-        posterior = integrate_force(Problem.of(best.regression), along.prior)
+        posterior = integrate_force(best.along.problem, along.prior)
     noise = NoiseKinds(
         kinds=tuple(NoiseKind(w.effects, w.log_weight - white) for w in evaluated),
         chosen=chosen,
         growth=best.growth,
         outliers=evaluated[-1].noise if OUTLIERS.name in evaluated[-1].effects else None,
     )
-    return best.regression, posterior, noise
+    return best.along, posterior, noise
 
 
 class _Evaluated(NamedTuple):
@@ -151,31 +144,25 @@ class _Evaluated(NamedTuple):
 
     effects: frozenset[str]
     log_weight: float
-    regression: LawRegression
+    along: LawAlongMotion
     posterior: Posterior
     growth: NoiseGrowth | None
     noise: NoiseFit
 
 
-def _given_samples(record: MovingRecord, along: LawAlongMotion, *, contaminated: bool) -> list[_Evaluated]:
+def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evaluated]:
     """Noise of one size and noise that grows on the samples that a record uses."""
-    if not np.array_equal(record.variance, along.regression.clock.variance):
-        clock = record.clock_along(along.path, along.law.feedback, along.w0)
-        along = replace(along, regression=replace(along.regression, clock=clock))
-    regression = along.regression
-    posterior = integrate_force(along.problem, along.prior)
-    left = LeftOut.under(
-        record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
-    )
+    record, posterior = along.record, integrate_force(along.problem, along.prior)
+    left = along.left_out(posterior.best_law(), posterior.best)
     used = np.isfinite(record.variance)
     log_factor = left.log_factor(used, outliers=contaminated) + (prior_log_odds() if contaminated else 0.0)
     convention = log_convention(int(used.sum()), along.w0**record.segment.order)
     log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
-    growth = _noise_growth(record, along, posterior)
+    growth = _noise_growth(along, posterior)
     one_size = _Evaluated(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),
         log_weight=posterior.log_evidence + convention + log_factor,
-        regression=regression,
+        along=along,
         posterior=posterior,
         growth=growth,
         noise=left.noise(outliers=contaminated),
@@ -185,14 +172,14 @@ def _given_samples(record: MovingRecord, along: LawAlongMotion, *, contaminated:
     grown = one_size._replace(
         effects=one_size.effects | {growth.effect.name},
         log_weight=one_size.log_weight + growth.log_odds,
-        regression=replace(regression, clock=growth.clock),
+        along=replace(along, regression=replace(along.regression, clock=growth.clock)),
     )
     return [one_size, grown]
 
 
-def _noise_growth(record: MovingRecord, along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | None:
+def _noise_growth(along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | None:
     """The most probable growth of the noise; None where none may act."""
-    growths = []
+    record, growths = along.record, []
     for effect in (EFFECTS[name] for name in record.allowed if not isinstance(record.error, Colour)):
         if isinstance(effect, GrowingNoiseEffect):
             # the prior is one of the noise of a sample: in a mean of a block it counts less

@@ -28,7 +28,7 @@ from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
-from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
+from friction_bayes.loop.noise.robust_samples import come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import GridPoint
@@ -117,11 +117,6 @@ class Round:
     def aside(self) -> Mask:
         """Samples that are set aside, shape (n,)."""
         return self.ceiling | self.outliers
-
-    @property
-    def record(self) -> MovingRecord:
-        """Without them."""
-        return self.whole.setting_aside(self.aside)
 
     @cached_property
     def _posterior(self) -> Posterior:
@@ -267,13 +262,13 @@ class Round:
         found = again._along(self.whole)
         return None if found is None else replace(again, found=found)
 
-    def without(self, samples: Mask) -> Round | None:
+    def without(self, samples: Mask) -> Round:
         """The same without some samples, shape (n,)."""
-        if not np.isfinite(self.record.variance[samples]).any():
+        record = self.found.record
+        if not np.isfinite(record.variance[samples]).any():
             return self
-        whole = self.whole.setting_aside(samples)
-        found = self._along(whole)
-        return None if found is None else replace(self, whole=whole, found=found)
+        found = self.found.on(record.setting_aside(samples))
+        return replace(self, whole=self.whole.setting_aside(samples), found=found)
 
     def in_its_colour(self) -> Round | None:
         """The same under noise of the colour of its law's residual, whatever explains that."""
@@ -290,7 +285,7 @@ class Round:
         """The same law behind the filter that the record went through; None without one."""
         segment, bare = self.whole.segment, self._along(replace(self.whole, filter=None))
         missing = self.aside & ~segment.ignored[: self.whole.samples]
-        filter_ = None if bare is None else filter_of(bare, missing, segment.order)
+        filter_ = None if bare is None else filter_of(bare, missing)
         if filter_ is None:
             return None
         whole = replace(self.whole.behind(filter_), error=NO_ERROR)
@@ -309,14 +304,7 @@ class Round:
 
     def _set_aside(self, smoothed: SmoothedMotion) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
-        left = LeftOut.under(
-            self.whole.segment,
-            self.whole.scales,
-            self.found.regression,
-            self.found.w0,
-            self._law,
-            self._best,
-        )
+        left = self.found.left_out(self._law, self._best)
         ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
         white = not isinstance(self.whole.error, Colour)
         # one outlier spoils as many innovations of coloured noise as that has coefficients
@@ -346,11 +334,10 @@ class Round:
         friction = friction_along(self.found.path)
         return next_knock(self.found.regression, self._posterior.best_law(), self._posterior.best, friction)
 
-    def jumping(self, jump: Array) -> Round | None:
+    def jumping(self, jump: Array) -> Round:
         """The same with a force that may jump, shape (n - 1,)."""
-        whole = replace(self.whole, jump=jump)
-        found = self._along(whole)
-        return None if found is None else replace(self, whole=whole, found=found, alone=False)
+        found = self.found.on(replace(self.found.record, jump=jump))
+        return replace(self, whole=replace(self.whole, jump=jump), found=found, alone=False)
 
 
 def _law_along(

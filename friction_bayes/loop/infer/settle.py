@@ -131,9 +131,9 @@ def _holds_against(one: Round, other: Round) -> bool:
     if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
         one = _better(one, _settled(one.with_lines(other.lines))) or one
     mine, its = _on_common_samples(one, other)
-    if mine is None or its is None or its.log_evidence <= mine.log_evidence:
+    if its.log_evidence <= mine.log_evidence:
         return True
-    noise = evaluate_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside))[2]
+    noise = evaluate_sensor_noise(mine.found, mine.found)[2]
     return its.log_evidence <= mine.log_evidence + noise.log_total
 
 
@@ -142,12 +142,12 @@ def _better(one: Round | None, other: Round | None) -> Round | None:
     if one is None or other is None:
         return one or other
     mine, its = _on_common_samples(one, other)
-    return one if its is None or (mine is not None and mine.log_evidence >= its.log_evidence) else other
+    return one if mine.log_evidence >= its.log_evidence else other
 
 
-def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | None]:
-    """Two rounds on the samples that neither sets aside; None where these are too few for a law."""
-    used = np.isfinite(one.record.variance) & np.isfinite(other.record.variance)
+def _on_common_samples(one: Round, other: Round) -> tuple[Round, Round]:
+    """Two rounds on the samples that neither sets aside."""
+    used = np.isfinite(one.found.record.variance) & np.isfinite(other.found.record.variance)
     return one.without(~used), other.without(~used)
 
 
@@ -181,4 +181,4 @@ def _next(before: Round) -> Round | None:
 def _loses(one: Round, other: Round) -> bool:
     """Whether a round is less probable than another, by more than what rounds of one law differ by."""
     mine, its = _on_common_samples(one, other)
-    return its is not None and (mine is None or mine.log_evidence < its.log_evidence - _ALIKE)
+    return mine.log_evidence < its.log_evidence - _ALIKE

@@ -246,7 +246,7 @@ class Candidates:
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         fit = self.best[0]
-        units = parameter_units(name, fit.segment, fit.system)
+        units = parameter_units(name, fit.segment, fit.record.system)
         if name in (SENSOR_CLIPPING.name, OUTLIERS.name):
             numbered = len(self.best) > 1
             return {
@@ -269,7 +269,7 @@ class Candidates:
 
     def variables(self) -> dict[str, Array]:
         fit, best = self.best[0], self._of_best
-        declared = math.log(fit.w0 / fit.system.natural_frequency)
+        declared = math.log(fit.w0 / fit.record.system.natural_frequency)
         found = {
             "friction": self.laws.friction[best],
             LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
@@ -314,10 +314,10 @@ class Candidates:
         """
         fit = self.best[0]
         white = fit.posterior.noise_sd * fit.unit
-        of_a_sample = math.sqrt(fit.segment.block - 1.0 + fit.error.share**2)
+        of_a_sample = math.sqrt(fit.segment.block - 1.0 + fit.record.error.share**2)
         behind = None if fit.law.filter is None else fit.law.filter.to_dict()
         found = {"sd": white * of_a_sample, "step": fit.segment.resolution, "filter": behind}
-        return fit.error.described(fit.segment.decay.step) | found
+        return fit.record.error.described(fit.segment.decay.step) | found
 
     def forecasts(self) -> tuple[Forecast, ...]:
         """Those of each record by the effects of the candidates that hold 95 %; none where one fails."""
@@ -358,7 +358,7 @@ class Candidates:
     def fitted(self) -> tuple[int, int, int]:
         fit = self.best[0]
         aside = np.count_nonzero(np.isinf(fit.clock.variance))
-        return fit.samples, fit.path.turning.size, int(aside)
+        return fit.record.samples, fit.path.turning.size, int(aside)
 
     def traces(self) -> tuple[RecordTrace, ...]:
         return tuple(
@@ -447,7 +447,7 @@ def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> di
         return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
     if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
         return {}
-    return outlier_parameters(fit.samples, fit.sensor_noise.outliers, units)
+    return outlier_parameters(fit.record.samples, fit.sensor_noise.outliers, units)
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:

@@ -32,8 +32,6 @@ from friction_bayes.loop.noise.likelihood import (
     log_densities,
 )
 from friction_bayes.mechanics.effects import Scales
-from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["LeftOut", "come_anywhere", "outlying"]
@@ -62,20 +60,6 @@ class LeftOut:
     scales: Scales
     error: Array
     variance: Array
-
-    @classmethod
-    def under(
-        cls,
-        segment: Segment,
-        scales: Scales,
-        regression: LawRegression,
-        w0: float,
-        law: Array,
-        force: GridPoint,
-    ) -> LeftOut:
-        """Of a record under a law and a random force, in natural units of ``w0`` [rad/s]."""
-        error, variance = regression.left_out(law, force.ratio, force.tau)
-        return cls(segment=segment, scales=scales, error=w0**segment.order * error, variance=variance)
 
     @property
     def sides(self) -> Array:

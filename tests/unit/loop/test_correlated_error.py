@@ -16,7 +16,7 @@ EFFECTS = ("random_force", "viscous_damping", "sensor_offset")
 
 def test_it_is_found_beside_a_force_that_keeps_its_size(rng: np.random.Generator) -> None:
     fit = fitted(correlated_record(rng, ERROR), EFFECTS)
-    assert fit.error.correlation_time == pytest.approx(ERROR_TIME, rel=0.4)
+    assert fit.record.error.correlation_time == pytest.approx(ERROR_TIME, rel=0.4)
     assert fit.noise_sd == pytest.approx(math.hypot(WHITE, ERROR), rel=0.15)
     assert fit.posterior.probability > 0.99
     best = fit.posterior.best
