@@ -117,6 +117,11 @@ class LawAlongMotion:
         """The samples of the record, and what is known of them."""
         return self.record.segment
 
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Lines that may be there, the strongest of each effect first."""
+        return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
+
     @cached_property
     def problem(self) -> Problem:
         """The regression of this record alone."""

@@ -17,7 +17,6 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
@@ -117,11 +116,6 @@ class ForceFit(LawAlongMotion):
     def unit(self) -> float:
         """Unit of the signal in natural units."""
         return float(self.w0**self.segment.order)
-
-    @property
-    def lines(self) -> tuple[Line, ...]:
-        """Lines that may be there, the strongest of each effect first."""
-        return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
 
     def comparable_friction(self, friction: Array) -> float:
         """Friction that a force is compared with, natural units: the median of draws [N or N m].

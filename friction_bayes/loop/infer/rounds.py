@@ -56,12 +56,8 @@ class Round:
         With the samples that are set aside here.
     ceiling, outliers : ndarray of bool, shape (n,)
         Samples that are set aside: near an end of the sensor's range, and outliers.
-    motion : SmoothedMotion
-        That of the round before.
-    lines : tuple of Line
-        Those that may be there.
     other_lines : bool
-        Whether one of them is new or one has gone.
+        Whether one of the lines that may be there is new, or one has gone.
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
@@ -73,8 +69,6 @@ class Round:
     whole: MovingRecord
     ceiling: Mask
     outliers: Mask
-    motion: SmoothedMotion
-    lines: tuple[Line, ...]
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
@@ -106,7 +100,7 @@ class Round:
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(whole, ceiling, none, motion, (), False, found, None, alone=True)
+        return cls(whole, ceiling, none, False, found, None, alone=True)
 
     @cached_property
     def with_force(self) -> Round:
@@ -179,8 +173,8 @@ class Round:
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
-        more = lines_in_residual(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
-        showing = lines_that_show(self.lines, found, law, best)
+        more = lines_in_residual(white, smoothed.states[:, 2], segment, found.lines, whole.effects)
+        showing = lines_that_show(found.lines, found, law, best)
         lines = (*finer_lines(showing, found, law, best), *more)
         error = self._next_error
         if error is not None:
@@ -197,14 +191,12 @@ class Round:
         whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, lines, about)
         if along is None or not along.determined:
             return None
-        other_lines = bool(more) or len(showing) < len(self.lines)
+        other_lines = bool(more) or len(showing) < len(found.lines)
         return replace(
             self,
             whole=whole,
             ceiling=ceiling,
             outliers=outliers,
-            motion=motion,
-            lines=lines,
             other_lines=other_lines,
             found=along,
             near=self._posterior.best_force,
@@ -215,10 +207,10 @@ class Round:
 
         What it is linear about, law and random force, stays that of the whole step.
         """
-        motion = before.motion.at_frequency(self.found.w0 / before.found.w0).midway(self.motion)
-        again = replace(self, motion=motion)
-        along = again._along(self.whole)
-        return None if along is None else replace(again, found=along)
+        mine, its = self.found, before.found
+        motion = its.regression.motion.at_frequency(mine.w0 / its.w0).midway(mine.regression.motion)
+        along = self._along(self.whole, motion=motion)
+        return None if along is None else replace(self, found=along)
 
     @property
     def _next_error(self) -> SensorError | Colour | None:
@@ -258,9 +250,8 @@ class Round:
 
     def with_lines(self, lines: tuple[Line, ...]) -> Round | None:
         """The same where these lines may be there."""
-        again = replace(self, lines=lines)
-        found = again._along(self.whole)
-        return None if found is None else replace(again, found=found)
+        found = self._along(self.whole, lines=lines)
+        return None if found is None else replace(self, found=found)
 
     def without(self, samples: Mask) -> Round:
         """The same without some samples, shape (n,)."""
@@ -292,11 +283,18 @@ class Round:
         along = self._along(whole)
         return None if along is None else replace(self, whole=whole, found=along, near=None, alone=True)
 
-    def _along(self, whole: MovingRecord) -> LawAlongMotion | None:
-        """Its law along its motion under other circumstances."""
-        record = whole.setting_aside(self.aside)
-        about = self.found.law.about
-        return LawAlongMotion.of(record, self.motion, self.found.w0, self.lines, about=about)
+    def _along(
+        self,
+        whole: MovingRecord,
+        *,
+        motion: SmoothedMotion | None = None,
+        lines: tuple[Line, ...] | None = None,
+    ) -> LawAlongMotion | None:
+        """Its law under other circumstances, along its motion or another, with its lines or others."""
+        record, found = whole.setting_aside(self.aside), self.found
+        motion = found.regression.motion if motion is None else motion
+        lines = found.lines if lines is None else lines
+        return LawAlongMotion.of(record, motion, found.w0, lines, about=found.law.about)
 
     def in_its_colour_near_motion(self) -> Round | None:
         """The same, the noise nowhere below its level near the motion's frequency."""

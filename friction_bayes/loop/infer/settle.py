@@ -128,8 +128,9 @@ def _holds_against(one: Round, other: Round) -> bool:
     It has noise that grows with the motion where that is more probable, and the lines that were found with
     the other.
     """
-    if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
-        one = _better(one, _settled(one.with_lines(other.lines))) or one
+    lines = other.found.lines
+    if not {line.effect for line in lines} <= {line.effect for line in one.found.lines}:
+        one = _better(one, _settled(one.with_lines(lines))) or one
     mine, its = _on_common_samples(one, other)
     if its.log_evidence <= mine.log_evidence:
         return True
