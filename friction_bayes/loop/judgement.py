@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import (
@@ -25,10 +26,9 @@ from friction_bayes.loop.data.friction import (
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
-from friction_bayes.loop.mixture.mixture import CandidateMixture, mixture_of
-from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.friction_range import friction_range
+from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.report.unexplained import friction_range
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
     Consequences,
@@ -53,19 +53,10 @@ class Judgement:
         All candidates.
     friction, friction_before : Distribution
         As they are reported, of all candidates and of Coulomb friction alone.
-    friction_range, dry, witnesses : dict or None
+    friction_range, dry, held_out, friction_agreed
         Fields of the report.
-    held_out, left : dict
-        The same.
-    sensitivity : dict
-        The report's ``prior_sensitivity``.
-    friction_agreed : bool
-        The report's.
-    shift : float
-        How far friction could shift for what is left, as it is reported.
     forecasts : tuple
         Of Coulomb friction alone and of all laws, one a record.
-    traces : tuple of RecordTrace
     """
 
     word: str
@@ -75,14 +66,9 @@ class Judgement:
     friction_before: Distribution
     friction_range: dict[str, Any] | None
     dry: dict[str, Any]
-    witnesses: dict[str, Any] | None
     held_out: dict[str, Any]
-    left: dict[str, Any]
-    sensitivity: dict[str, Any]
     friction_agreed: bool
-    shift: float
     forecasts: tuple[tuple[CoulombForecast, ...], tuple[Forecast, ...]]
-    traces: tuple[RecordTrace, ...]
 
 
 def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) -> Judgement:
@@ -96,30 +82,26 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         Share of the loss of amplitude from which on dry friction matters.
     """
     rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
-    mixture = mixture_of(candidates, rng_mixture)
-    before, frequency = candidates.before, mixture.draws.frequency
+    mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
+    before, frequency = candidates.before, mixture.frequency
     model = before.model
-    left, traces = candidates.left(), candidates.traces()
-    loss = _loss(traces[0], mixture, model)
-    dry = dry_friction(reported_friction(mixture.draws.friction, frequency, model, rng_dry), loss, tolerance)
+    loss = _loss(candidates.traces[0], frequency, model)
+    dry = dry_friction(reported_friction(mixture.friction, frequency, model, rng_dry), loss, tolerance)
     factor, unit = friction_scale(model)
-    shift = factor * left["friction_could_shift_by"]
     forecasts = forecast_records(before), candidates.forecasts()
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
-    witnesses = candidates.witnesses()
-    after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
+    after = reported_friction(mixture.friction, frequency, model, rng_after)
     against = Consequences(
         is_noise=candidates.explains,
-        shift=shift,
+        shift=factor * candidates.shift,
         loss=loss,
         held_out=held_out,
         least_noise=candidates.least_noise,
         friction=after.to_dict()["interval90"],
-        witnesses=witnesses,
+        witnesses=candidates.witnesses(),
         contradicted=candidates.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
-    sensitivity = prior_sensitivity(mixture.draws, mixture.sets, len(candidates.evaluated))
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
@@ -135,22 +117,17 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         friction_before=reported_friction(alone, frequency, model, rng_before),
         friction_range=friction_range(readings, factor, unit) if readings else None,
         dry=dry,
-        witnesses=witnesses,
         held_out=held_out,
-        left=left,
-        sensitivity=sensitivity,
         friction_agreed=agreed and not against,
-        shift=shift,
         forecasts=forecasts,
-        traces=traces,
     )
 
 
-def _loss(trace: RecordTrace, mixture: CandidateMixture, model: LoopModel) -> float:
+def _loss(trace: RecordTrace, frequency: Array, model: LoopModel) -> float:
     """Friction that alone would explain the loss of amplitude, as friction is reported."""
     if trace.turning_points.size < LEAST_HALF_CYCLES:
         return 0.0
     system, order = model.system, model.segments[0].order
-    ratio = float(mixture.draws.frequency.mean()) / system.natural_frequency
+    ratio = float(frequency.mean()) / system.natural_frequency
     factor, _ = friction_scale(model)
     return factor * system.stiffness * ratio**order * friction_of_loss(trace.turning_points)

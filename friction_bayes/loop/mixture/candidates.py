@@ -30,8 +30,8 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
 from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.cells import cells_of
+from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
@@ -86,11 +86,7 @@ class Candidates:
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
         self.slight_force = slight_force(fit)
         self.cells = cells_of(fit)
-        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
-        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
-        self.sets = tuple(names for names, _ in ranked)
-        self.probabilities = np.array([p for _, p in ranked])
-        self.probabilities /= self.probabilities.sum()
+        self.sets, self.probabilities = ranked({frozenset[str](): 0.0} | self.cells.probabilities)
         self.trail = tuple(_trail(fit))
 
     @property
@@ -188,8 +184,8 @@ class Candidates:
         return bool(self._contradictions) or (not known and self._differs >= settings.SETTINGS.credible_mass)
 
     @cached_property
-    def candidate(self) -> Integers:
-        """Index of the set of each draw, shape (k,)."""
+    def _candidate(self) -> Integers:
+        """Index of the set of each draw, shape (k,); -1 without one."""
         drawn = self.laws.first
         upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
@@ -198,7 +194,7 @@ class Candidates:
     @cached_property
     def _of_best(self) -> Mask:
         """Draws of the most probable candidate."""
-        return np.asarray(self.candidate == 0)
+        return np.asarray(self._candidate == 0)
 
     @cached_property
     def _left(self) -> tuple[LeftOver, ...]:
@@ -227,11 +223,14 @@ class Candidates:
         )
 
     @cached_property
-    def draws(self) -> CandidateDraws:
-        laws, candidate = self.laws, self.candidate
-        return CandidateDraws(
+    def mixture(self) -> CandidateMixture:
+        """The posterior over all of them."""
+        laws, candidate = self.laws, self._candidate
+        return CandidateMixture(
+            sets=self.sets,
+            probabilities=self.probabilities,
             candidate=candidate,
-            friction=_moved(self._friction, self.left()["friction_could_shift_by"], self._rng_draws),
+            friction=_moved(self._friction, self.shift, self._rng_draws),
             frequency=laws.frequency,
             random_force=laws.first.random_force,
             correlation_time=laws.first.correlation_time,
@@ -286,25 +285,32 @@ class Candidates:
                 found[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
         return found
 
-    def left(self) -> dict[str, Any]:
-        """The largest force that follows the motion, if any, of the record whose friction it shifts most.
+    @cached_property
+    def shift(self) -> float:
+        """How far friction could shift for what is left [N or N m].
 
         Where the two witnesses of one record disagree, friction may be that of the loss: the shape within a
         cycle is biased by errors of the sensor that follow the direction, and by a law that is not quite the
         contact's.
         """
+        shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self._witnesses
+        if found is None or found.agree:
+            return shift
+        factor, _ = friction_scale(self.before.model)
+        return max(shift, abs(found.loss.mean / factor - float(self._friction[self._of_best].mean())))
+
+    def left(self) -> dict[str, Any]:
+        """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
-        shift, found = _friction_shift(fit, left), self._witnesses
-        if found is not None and not found.agree:
-            factor, _ = friction_scale(self.before.model)
-            shift = max(shift, abs(found.loss.mean / factor - float(self._friction[self._of_best].mean())))
+        factor, _ = friction_scale(self.before.model)
         return {
             "record": fit.segment.decay.name,
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
-            "friction_could_shift_by": shift,
+            "friction_could_shift_by": factor * self.shift,
             **left.to_left(),
+            "unit": fit.segment.decay.unit,
         }
 
     def noise(self) -> dict[str, Any]:
@@ -360,6 +366,7 @@ class Candidates:
         aside = np.count_nonzero(np.isinf(fit.clock.variance))
         return fit.record.samples, fit.path.turning.size, int(aside)
 
+    @cached_property
     def traces(self) -> tuple[RecordTrace, ...]:
         return tuple(
             motion_trace(fit, self.before, r, draws, fluctuates=self._fluctuates)
@@ -383,7 +390,7 @@ class Candidates:
         )
 
     def contender(self, names: frozenset[str]) -> Contender | None:
-        return drawn_contender(self.laws, self.candidate == self.sets.index(names))
+        return drawn_contender(self.laws, self._candidate == self.sets.index(names))
 
 
 def candidates_of(
