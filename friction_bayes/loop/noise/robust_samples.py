@@ -26,7 +26,6 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import (
     NoiseFit,
-    NoiseModel,
     fit_noise,
     has_heavy_tails,
     log_densities,
@@ -71,14 +70,10 @@ class LeftOut:
         """The errors, each as large as noise alone would make it, shape (n,)."""
         return np.asarray(self.error / np.sqrt(self.variance))
 
-    def noise_model(self, *, outliers: bool) -> NoiseModel:
-        """The noise that is assumed."""
-        return NoiseModel(outliers=outliers, censored=bool(self.sides.any()))
-
     def noise(self, *, outliers: bool) -> NoiseFit:
-        """Scale of the noise, and the weight of each sample under it."""
-        model, ignored = self.noise_model(outliers=outliers), self.segment.ignored[: self.error.size]
-        return fit_noise(self.standardised, self.sides, model, self.scales, ignored)
+        """Scale of the noise, and which samples are outliers under it."""
+        ignored = self.segment.ignored[: self.error.size]
+        return fit_noise(self.standardised, self.sides, self.scales, outliers=outliers, ignored=ignored)
 
     def heavy_tails(self, among: Mask) -> bool:
         """Whether the errors of some samples have outliers."""
@@ -97,10 +92,9 @@ class LeftOut:
 
     def log_factor(self, used: Mask, *, outliers: bool) -> float:
         """Logarithm of the factor above; the prior of the outliers' fraction and scale included."""
-        error, sides, model = self.standardised, self.sides, self.noise_model(outliers=outliers)
-        noise = self.noise(outliers=outliers)
-        density = log_densities(error, sides, model, noise)
-        normal = log_densities(error, sides, NoiseModel(), replace(noise, fraction=0.0))
+        error, sides, noise = self.standardised, self.sides, self.noise(outliers=outliers)
+        density = log_densities(error, sides, noise)
+        normal = log_densities(error, np.zeros_like(sides), replace(noise, fraction=0.0))
         # the density of an error, where that of the standardised one is known
         stretched = ~used & self.segment.free[: error.size]
         density[stretched] -= 0.5 * np.log(self.variance[stretched])
@@ -109,10 +103,7 @@ class LeftOut:
 
 def outlying(noise: NoiseFit) -> Mask:
     """Samples that are more probably outliers than not, shape (n,)."""
-    if noise.fraction == 0.0:
-        return np.zeros(noise.weight.size, dtype=bool)
-    # the weight is the mean of both precisions, weighted by the probabilities
-    return np.asarray(noise.weight < 0.5 * (1.0 / noise.sd**2 + 1.0 / noise.scale**2))
+    return np.asarray(noise.core < 0.5)
 
 
 def come_anywhere(outliers: Mask, among: Mask, motion: SmoothedMotion) -> bool:
