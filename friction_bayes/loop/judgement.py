@@ -11,7 +11,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import (
-    CoulombForecast,
     Forecast,
     forecast_records,
     held_out_error,
@@ -31,8 +30,8 @@ from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.unexplained import friction_range
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
-    Consequences,
     credible_count,
+    reasons_against,
     verdict,
 )
 
@@ -48,7 +47,7 @@ class Judgement:
     word : str
         The verdict.
     against : tuple of str
-        What forbids to use the number: see :class:`friction_bayes.loop.report.verdict.Consequences`.
+        What forbids to use the number: see :func:`friction_bayes.loop.report.verdict.reasons_against`.
     mixture : CandidateMixture
         All candidates.
     friction, friction_before : Distribution
@@ -68,7 +67,7 @@ class Judgement:
     dry: dict[str, Any]
     held_out: dict[str, Any]
     friction_agreed: bool
-    forecasts: tuple[tuple[CoulombForecast, ...], tuple[Forecast, ...]]
+    forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
 
 
 def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) -> Judgement:
@@ -91,7 +90,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     forecasts = forecast_records(before), candidates.forecasts()
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     after = reported_friction(mixture.friction, frequency, model, rng_after)
-    against = Consequences(
+    against = reasons_against(
         is_noise=candidates.explains,
         shift=factor * candidates.shift,
         loss=loss,
@@ -100,7 +99,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         friction=after.to_dict()["interval90"],
         witnesses=candidates.witnesses(),
         contradicted=candidates.contradicted,
-    ).against()
+    )
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero

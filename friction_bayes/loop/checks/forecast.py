@@ -74,14 +74,7 @@ def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) ->
         noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
     noise = first.sensor_noise.sd_of_samples(noise)
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
-    rest, ahead = slice(head, segment.moving), slice(1, used)
-    return Forecast(
-        time=segment.decay.start_time + segment.time[rest],
-        signal=segment.values[rest],
-        mean=middle[ahead],
-        sd=sd[ahead],
-        free=segment.free[rest],
-    )
+    return Forecast.of(segment, head, middle[1:used], sd[1:used])
 
 
 def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:

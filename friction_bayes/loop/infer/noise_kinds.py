@@ -7,6 +7,7 @@ distribution of the noise hardly changes the probabilities of the sets of effect
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -24,21 +25,7 @@ from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 
-__all__ = ["NoiseKind", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
-
-
-class NoiseKind(NamedTuple):
-    """One kind of noise.
-
-    Attributes
-    ----------
-    effects : frozenset of str
-    log_odds : float
-        Against white noise alone, prior odds included.
-    """
-
-    effects: frozenset[str]
-    log_odds: float
+__all__ = ["NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,25 +34,20 @@ class NoiseKinds:
 
     Attributes
     ----------
-    kinds : tuple of NoiseKind
-        White noise alone first.
-    chosen : int
-        The most probable.
+    log_odds : mapping of frozenset of str to float
+        Of each kind by its effects against white noise alone, which comes first; prior odds included.
+    effects : frozenset of str
+        Of the most probable.
     growth : NoiseGrowth or None
         Of the noise with the motion, the most probable; None where none may act.
     outliers : NoiseFit or None
         Noise with outliers about what all other samples predict; None where not evaluated.
     """
 
-    kinds: tuple[NoiseKind, ...]
-    chosen: int
+    log_odds: Mapping[frozenset[str], float]
+    effects: frozenset[str]
     growth: NoiseGrowth | None
     outliers: NoiseFit | None
-
-    @property
-    def effects(self) -> frozenset[str]:
-        """Effects of the most probable."""
-        return self.kinds[self.chosen].effects
 
     @property
     def contaminated(self) -> bool:
@@ -75,7 +57,7 @@ class NoiseKinds:
     @property
     def log_total(self) -> float:
         """Logarithm of the sum of all odds."""
-        return float(logsumexp([h.log_odds for h in self.kinds]))
+        return float(logsumexp([*self.log_odds.values()]))
 
     def probabilities(self, records: int = 1) -> dict[frozenset[str], float]:
         """Probability of each kind of noise by its effects, in one of some records.
@@ -83,9 +65,10 @@ class NoiseKinds:
         That any of these has an effect is as probable as any effect.
         """
         prior = math.log(math.expm1(-math.log1p(-inclusion()) / records))
-        log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.kinds]
-        total = logsumexp(log_odds)
-        return {h.effects: math.exp(each - total) for h, each in zip(self.kinds, log_odds, strict=True)}
+        more = prior - prior_log_odds()
+        log_odds = {effects: each + len(effects) * more for effects, each in self.log_odds.items()}
+        total = logsumexp([*log_odds.values()])
+        return {effects: math.exp(each - total) for effects, each in log_odds.items()}
 
     def sd_of_samples(self, sd: Array) -> Array:
         """Standard deviation of the noise, outliers included, where that of the others is ``sd``."""
@@ -125,14 +108,13 @@ def evaluate_sensor_noise(
     evaluated = _given_samples(along, contaminated=False)
     if cleaned is not along:
         evaluated += _given_samples(cleaned, contaminated=True)
-    chosen = max(range(len(evaluated)), key=lambda k: evaluated[k].log_weight)
-    best, white = evaluated[chosen], evaluated[0].log_weight
+    best, white = max(evaluated, key=lambda each: each.log_weight), evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
         posterior = integrate_force(best.along.problem, along.prior)
     noise = NoiseKinds(
-        kinds=tuple(NoiseKind(w.effects, w.log_weight - white) for w in evaluated),
-        chosen=chosen,
+        log_odds={each.effects: each.log_weight - white for each in evaluated},
+        effects=best.effects,
         growth=best.growth,
         outliers=evaluated[-1].noise if OUTLIERS.name in evaluated[-1].effects else None,
     )
