@@ -108,7 +108,7 @@ class LeftOver(ResidualTests):
 
 def what_is_left(fit: ForceFit) -> LeftOver:
     """Tests of the residual of the best law and its random force."""
-    x = fit.innovations[np.isfinite(fit.clock.variance)]
+    x = fit.innovations[fit.clock.used]
     binned = dict(_binned_forces(fit))
     best = fit.posterior.best
     kurtosis, independent, p_value = jump_tails(fit.regression, fit.coefficients, best)

@@ -23,6 +23,7 @@ from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.response import response_at_sensor
 from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["LEAST_TURNS", "LawAlongMotion", "force_prior"]
@@ -117,6 +118,18 @@ class LawAlongMotion:
         """The samples of the record, and what is known of them."""
         return self.record.segment
 
+    def shown(self, at_nodes: Array, at_samples: Array) -> Array:
+        """What the record shows of forces along the motion, shape (n, f).
+
+        Parameters
+        ----------
+        at_nodes : ndarray, shape (nodes, f)
+        at_samples : ndarray, shape (n, f)
+        """
+        feedback, row = self.law.feedback, self.regression.row
+        answered = response_at_sensor(self.path, row, at_nodes, at_samples, feedback=feedback)[1]
+        return self.law.recorded(answered)
+
     @property
     def lines(self) -> tuple[Line, ...]:
         """Lines that may be there, the strongest of each effect first."""
@@ -146,7 +159,7 @@ class LawAlongMotion:
     @property
     def determined(self) -> bool:
         """Whether more samples are fitted than there are columns."""
-        return int(np.count_nonzero(np.isfinite(self.regression.clock.variance))) > self.law.scale.size
+        return int(np.count_nonzero(self.regression.clock.used)) > self.law.scale.size
 
     @property
     def of_sensor(self) -> Mask:

@@ -231,7 +231,7 @@ def _records(
                 error=fit.record.error,
                 sizes=sizes,
                 filter=filter_,
-                jump=fit.clock.jump[fit.clock.index],
+                jump=fit.clock.jumps,
             )
         )
     return tuple(members)

@@ -110,7 +110,7 @@ class ForceFit(LawAlongMotion):
     @property
     def knocks(self) -> list[tuple[int, int]]:
         """First and last sample of each knock."""
-        return spans_of(self.clock.jump[self.clock.index])
+        return spans_of(self.clock.jumps)
 
     @property
     def unit(self) -> float:

@@ -128,7 +128,7 @@ class Round:
 
         Next to an exact motion the contribution of a force counts as zero.
         """
-        used = int(np.isfinite(self.found.regression.clock.variance).sum())
+        used = int(self.found.regression.clock.used.sum())
         found = self._posterior.log_evidence + self.whole.error.log_volume
         if self.whole.filter is not None:
             found += self.whole.filter.log_prior
@@ -164,7 +164,7 @@ class Round:
     def leaves_white(self) -> bool:
         """Whether the residual of law and random force is white noise."""
         best, regression = self._best, self.found.regression
-        left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
+        left = regression.innovations(self._law, best.ratio, best.tau)[regression.clock.used]
         return whiteness(left).white
 
     def following(self) -> Round | None:
@@ -225,7 +225,7 @@ class Round:
     def left(self) -> Array:
         """Residual of the law at the samples that are used, natural units."""
         regression = self.found.regression
-        return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
+        return regression.residual(self._law)[regression.clock.used]
 
     @property
     def _colour(self) -> Colour | None:
@@ -236,7 +236,7 @@ class Round:
     def _colour_near_motion(self) -> Colour:
         """The same of noise that is nowhere below its level near the motion's frequency."""
         clock = self.found.regression.clock
-        phase = clock.phase[np.isfinite(clock.variance)]
+        phase = clock.phase[clock.used]
         return colour_near_motion(
             self.left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
         )
@@ -255,10 +255,9 @@ class Round:
 
     def without(self, samples: Mask) -> Round:
         """The same without some samples, shape (n,)."""
-        record = self.found.record
-        if not np.isfinite(record.variance[samples]).any():
+        if not self.found.regression.clock.used[samples].any():
             return self
-        found = self.found.on(record.setting_aside(samples))
+        found = self.found.on(self.found.record.setting_aside(samples))
         return replace(self, whole=self.whole.setting_aside(samples), found=found)
 
     def in_its_colour(self) -> Round | None:

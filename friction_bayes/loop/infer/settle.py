@@ -148,7 +148,7 @@ def _better(one: Round | None, other: Round | None) -> Round | None:
 
 def _on_common_samples(one: Round, other: Round) -> tuple[Round, Round]:
     """Two rounds on the samples that neither sets aside."""
-    used = np.isfinite(one.found.record.variance) & np.isfinite(other.found.record.variance)
+    used = one.found.regression.clock.used & other.found.regression.clock.used
     return one.without(~used), other.without(~used)
 
 

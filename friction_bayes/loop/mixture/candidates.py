@@ -363,7 +363,7 @@ class Candidates:
     @property
     def fitted(self) -> tuple[int, int, int]:
         fit = self.best[0]
-        aside = np.count_nonzero(np.isinf(fit.clock.variance))
+        aside = np.count_nonzero(~fit.clock.used)
         return fit.record.samples, fit.path.turning.size, int(aside)
 
     @cached_property
