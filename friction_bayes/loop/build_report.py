@@ -34,7 +34,7 @@ from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.report.next_experiment import next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
-from friction_bayes.loop.report.result import LoopReport, RecordTrace
+from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
@@ -75,7 +75,7 @@ def build_report(
     traces = candidates.traces
     effects = in_catalogue_order(mixture.sets[0])
     residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": candidates.tests.to_dict()}
-    fitted = _fitted(candidates, traces[0], model, float(mixture.frequency.mean()))
+    fitted = _fitted(candidates, float(mixture.frequency.mean()))
     reference, sampled = _reference_check(judged, candidates, options)
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, candidates.resisting_force(), reference_force)
@@ -106,7 +106,7 @@ def build_report(
         residual=residual,
         noise=candidates.noise(),
         paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
-        frequency=_frequency(mixture.frequency, model, mixture.friction),
+        frequency=_frequency(mixture, model),
         random_force=_random_force(mixture, *friction_scale(model)),
         witnesses=candidates.witnesses(),
         left=candidates.left(),
@@ -179,15 +179,12 @@ def _random_force(mixture: CandidateMixture, factor: float, unit: str) -> dict[s
     }
 
 
-def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[str, Any]:
-    """Draws of the natural frequency [rad/s], the declared one, and both forces where they disagree.
-
-    Those of ``friction``, shape (m,), are of the model's [N or N m].
-    """
+def _frequency(mixture: CandidateMixture, model: LoopModel) -> dict[str, Any]:
+    """The natural frequency [rad/s], the declared one, and both forces where they disagree."""
     system, decay = model.system, model.segments[0].decay
-    found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
+    found, sd = float(mixture.frequency.mean()), float(mixture.frequency.std(ddof=1))
     disagree = bool(frequencies_disagree(system, found, sd)) and decay.unit not in UNCALIBRATED_UNITS
-    coefficient = float(friction.mean()) / system.force_factor(decay.quantity)
+    coefficient = float(mixture.friction.mean()) / system.force_factor(decay.quantity)
     forces = [
         coefficient * float(factor(system, decay.quantity, found).factor)
         for factor in (by_stiffness, by_mass)
@@ -203,7 +200,7 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
     }
 
 
-def _fitted(candidates: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
+def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
     """The part of the first record that was fitted.
 
     Raises
@@ -211,7 +208,7 @@ def _fitted(candidates: Candidates, trace: RecordTrace, model: LoopModel, freque
     InputError
         If the most probable law moves for less than three half cycles of it.
     """
-    segment = model.segments[0]
+    segment, trace = candidates.before.model.segments[0], candidates.traces[0]
     samples, turning_points, set_aside = candidates.fitted
     start, end = segment.decay.start_time, segment.decay.start_time + float(segment.time[samples - 1])
     # a law that moves on turns again within a half cycle
