@@ -28,7 +28,7 @@ from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
-from friction_bayes.loop.noise.robust_samples import come_anywhere, outlying
+from friction_bayes.loop.noise.robust_samples import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import GridPoint
@@ -310,7 +310,7 @@ class Round:
         if ceiling.any():
             ceiling = left.near_ceiling(noise)
             shown = shown & ~ceiling
-        outliers = outlying(noise) & shown
+        outliers = noise.outliers & shown
         return ceiling, outliers & come_anywhere(outliers, shown, smoothed)
 
     def stays(self, after: Round) -> bool:

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr
+from scipy.special import log_ndtr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-__all__ = ["LEAST_NOISE", "NoiseFit", "fit_noise", "has_heavy_tails", "log_densities"]
+__all__ = ["LEAST_NOISE", "NoiseFit", "fit_noise", "log_densities"]
 
 LEAST_NOISE = 1e-6
 """Least noise over signal amplitude of every record: ten times the integrator's error."""
@@ -45,6 +45,11 @@ class NoiseFit:
     log_volume: float
     fraction: float = 0.0
     scale: float = 0.0
+
+    @property
+    def outliers(self) -> Mask:
+        """Samples that are more probably outliers than not, shape (n,)."""
+        return np.asarray(self.core < 0.5)
 
 
 def fit_noise(
@@ -124,11 +129,3 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, Array,
     volume += 0.5 * math.log(1.0 / (2.0 * count)) + math.log(scale)
     volume += float(fraction_prior.log_density(fraction) + scale_prior.log_density(scale))
     return sd, fraction, scale, core, volume
-
-
-def has_heavy_tails(x: Array) -> bool:
-    """Whether more residuals are far out than under a normal distribution."""
-    core = 1.4826 * float(np.median(np.abs(x)))
-    expected = 2.0 * float(ndtr(-settings.SETTINGS.far)) * x.size
-    far = np.count_nonzero(np.abs(x) > settings.SETTINGS.far * core)
-    return bool(far > expected + 3.0 * math.sqrt(expected) + 1.0)

@@ -16,9 +16,11 @@ independent: the motion is known between them to a fraction of the noise.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtr
 from scipy.stats import chi2
 
 from friction_bayes.core.arrays import Array, Mask
@@ -27,13 +29,12 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import (
     NoiseFit,
     fit_noise,
-    has_heavy_tails,
     log_densities,
 )
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.statespace.smoother import SmoothedMotion
 
-__all__ = ["LeftOut", "come_anywhere", "outlying"]
+__all__ = ["LeftOut", "come_anywhere"]
 
 _PARTS = 5
 """Equal parts of the samples in which outliers are counted: few, as outliers are."""
@@ -76,8 +77,12 @@ class LeftOut:
         return fit_noise(self.standardised, self.sides, self.scales, outliers=outliers, ignored=ignored)
 
     def heavy_tails(self, among: Mask) -> bool:
-        """Whether the errors of some samples have outliers."""
-        return has_heavy_tails(self.standardised[among])
+        """Whether more errors of some samples are far out than under a normal distribution."""
+        size = np.abs(self.standardised[among])
+        core = 1.4826 * float(np.median(size))
+        expected = 2.0 * float(ndtr(-settings.SETTINGS.far)) * size.size
+        far = np.count_nonzero(size > settings.SETTINGS.far * core)
+        return bool(far > expected + 3.0 * math.sqrt(expected) + 1.0)
 
     def near_ceiling(self, noise: NoiseFit) -> Mask:
         """Samples that are held at an end of the range or that noise may have taken there, shape (n,)."""
@@ -99,11 +104,6 @@ class LeftOut:
         stretched = ~used & self.segment.free[: error.size]
         density[stretched] -= 0.5 * np.log(self.variance[stretched])
         return float(density.sum() - normal[used].sum()) + noise.log_volume
-
-
-def outlying(noise: NoiseFit) -> Mask:
-    """Samples that are more probably outliers than not, shape (n,)."""
-    return np.asarray(noise.core < 0.5)
 
 
 def come_anywhere(outliers: Mask, among: Mask, motion: SmoothedMotion) -> bool:
