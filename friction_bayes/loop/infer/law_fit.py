@@ -24,6 +24,7 @@ from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
@@ -147,10 +148,7 @@ class LawFit:
 def fit_law(
     segments: Sequence[Segment],
     system: Oscillator,
-    allowed: Sequence[str],
-    *,
-    varying: bool,
-    noise: str,
+    options: LoopOptions,
     progress: Callable[[str], None] | None = None,
 ) -> LawFit:
     """The analysis of one or several records of one quantity.
@@ -160,12 +158,8 @@ def fit_law(
     segments : sequence of Segment, length r
     system : Oscillator
         The declared system.
-    allowed : sequence of str
-        Effects that may act.
-    varying : bool
-        Whether friction is known to differ between the records; else that is as probable as a slight effect.
-    noise : {"auto", "white", "ar"}
-        What the noise of the sensors may be.
+    options : LoopOptions
+        Where friction is not known to vary, that it does is as probable as a slight effect.
     progress : callable, optional
         Called with the name of each record.
 
@@ -182,18 +176,16 @@ def fit_law(
     for segment in segments:
         if progress is not None:
             progress(segment.decay.name)
-        fit = fit_random_force(segment, system, allowed, noise=noise)
+        fit = fit_random_force(segment, system, options.allowed, noise=options.noise)
         if fit is None:
             raise too_few_turning_points(segment)
         fits.append(fit)
-    return LawFit.of(fits[0]) if len(fits) == 1 else _together(tuple(fits), system, allowed, varying=varying)
+    return LawFit.of(fits[0]) if len(fits) == 1 else _together(tuple(fits), system, options)
 
 
-def _together(
-    alone: tuple[ForceFit, ...], system: Oscillator, allowed: Sequence[str], *, varying: bool
-) -> LawFit:
+def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOptions) -> LawFit:
     """The analysis of several records, in two rounds from that of each."""
-    records = _records(alone, system, allowed)
+    records, varying = _records(alone, system, options.allowed), options.varying_friction
     forced = all(fit.forced for fit in alone)
     corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))

@@ -418,8 +418,7 @@ def candidates_of(
     InputError
         If a record has too few turning points, or no Coulomb decay can be fitted.
     """
-    varying, noise = options.varying_friction, options.noise
-    fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
+    fit = fit_law(segments, system, options, progress)
     return Candidates(fit_coulomb(system, segments), fit, options.tolerance, rng)
 
 
