@@ -21,10 +21,7 @@ from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
-from friction_bayes.loop.data.friction import (
-    Distribution,
-    friction_scale,
-)
+from friction_bayes.loop.data.friction import Distribution
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.judgement import Judgement, judge
@@ -69,7 +66,7 @@ def build_report(
     reference_force : ndarray or None
         Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
     """
-    judged = judge(candidates, rng, options.tolerance)
+    judged = judge(candidates, rng)
     mixture, before = judged.mixture, candidates.before
     model = before.model
     traces = candidates.traces
@@ -107,7 +104,7 @@ def build_report(
         noise=candidates.noise(),
         paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
         frequency=_frequency(mixture, model),
-        random_force=_random_force(mixture, *friction_scale(model)),
+        random_force=_random_force(mixture, candidates.factor, candidates.unit),
         witnesses=candidates.witnesses(),
         left=candidates.left(),
         fitted=fitted,

@@ -19,14 +19,11 @@ from friction_bayes.loop.data.friction import (
     Distribution,
     dry_friction,
     friction_of_loss,
-    friction_scale,
     reported_friction,
 )
-from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.unexplained import friction_range
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
@@ -70,23 +67,15 @@ class Judgement:
     forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
 
 
-def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) -> Judgement:
-    """The mixture of candidates, and the verdict on the most probable by its consequences.
-
-    Parameters
-    ----------
-    candidates : Candidates
-    rng : numpy.random.Generator
-    tolerance : float
-        Share of the loss of amplitude from which on dry friction matters.
-    """
+def judge(candidates: Candidates, rng: np.random.Generator) -> Judgement:
+    """The mixture of candidates, and the verdict on the most probable by its consequences."""
     rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
     mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
     before, frequency = candidates.before, mixture.frequency
     model = before.model
-    loss = _loss(candidates.traces[0], frequency, model)
-    dry = dry_friction(reported_friction(mixture.friction, frequency, model, rng_dry), loss, tolerance)
-    factor, unit = friction_scale(model)
+    loss, factor = _loss(candidates, frequency), candidates.factor
+    friction = reported_friction(mixture.friction, frequency, model, rng_dry)
+    dry = dry_friction(friction, loss, candidates.tolerance)
     forecasts = forecast_records(before), candidates.forecasts()
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     after = reported_friction(mixture.friction, frequency, model, rng_after)
@@ -114,7 +103,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         mixture=mixture,
         friction=after,
         friction_before=reported_friction(alone, frequency, model, rng_before),
-        friction_range=friction_range(readings, factor, unit) if readings else None,
+        friction_range=friction_range(readings, factor, candidates.unit) if readings else None,
         dry=dry,
         held_out=held_out,
         friction_agreed=agreed and not against,
@@ -122,11 +111,11 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     )
 
 
-def _loss(trace: RecordTrace, frequency: Array, model: LoopModel) -> float:
+def _loss(candidates: Candidates, frequency: Array) -> float:
     """Friction that alone would explain the loss of amplitude, as friction is reported."""
-    if trace.turning_points.size < LEAST_HALF_CYCLES:
+    model, turning_points = candidates.before.model, candidates.traces[0].turning_points
+    if turning_points.size < LEAST_HALF_CYCLES:
         return 0.0
     system, order = model.system, model.segments[0].order
     ratio = float(frequency.mean()) / system.natural_frequency
-    factor, _ = friction_scale(model)
-    return factor * system.stiffness * ratio**order * friction_of_loss(trace.turning_points)
+    return candidates.factor * system.stiffness * ratio**order * friction_of_loss(turning_points)

@@ -65,7 +65,8 @@ class Candidates:
         The Coulomb model alone.
     fit : LawFit
     tolerance : float
-        Share of friction below which a force that depends on the motion does not matter.
+        Share of friction below which a force that depends on the motion does not matter, and of the loss of
+        amplitude from which on dry friction does.
     rng : numpy.random.Generator
         Of the draws.
 
@@ -74,6 +75,8 @@ class Candidates:
     sets : tuple of frozenset of str, length c
         Effects of each candidate, the most probable first; the empty set is among them.
     probabilities : ndarray, shape (c,)
+    factor, unit : float, str
+        From a model's friction to the reported one, and its unit.
     slight_force : SlightForce or None
         A random force too slight to show, for draws without one.
     trail : tuple of str
@@ -82,7 +85,8 @@ class Candidates:
 
     def __init__(self, before: CoulombFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
         self.before, self.fit = before, fit
-        self._tolerance = tolerance
+        self.factor, self.unit = friction_scale(before.model)
+        self.tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
         self.slight_force = slight_force(fit)
         self.cells = cells_of(fit)
@@ -130,17 +134,15 @@ class Candidates:
 
         ``share`` is the sampled share of the candidate's probability; the tree has the samples, if any.
         """
-        factor, unit = friction_scale(self.before.model)
         mine = self._cells_of_best[:, self.fit.problem.number] & (self._weight > 0.0)
-        return check_law(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
+        return check_law(self.fit, mine, self.factor, self.unit, seed, forced=self._fluctuates)
 
     @cached_property
     def _witnesses(self) -> Witnesses | None:
         """In the best law of one record, friction in the unit of the report; None without a random force."""
         if not (self.fit.one and self._fluctuates):
             return None
-        factor, unit = friction_scale(self.before.model)
-        return two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
+        return two_witnesses(self.best[0], self.factor * self.fit.law.unit_force, self.unit)
 
     def witnesses(self) -> dict[str, Any] | None:
         """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
@@ -153,16 +155,14 @@ class Candidates:
         """Friction of each of several records and its spread between them."""
         if self.fit.one:
             return None
-        model = self.before.model
-        _, unit = friction_scale(model)
         rng_scale, rng_alone = self._rng_reading.spawn(2)
         return friction_between_records(
             self.laws,
             self.fit.alone,
             shift=self._friction - self.laws.friction,
             probability=self._differs,
-            scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
-            unit=unit,
+            scale=scale_draws(self.before.model, self.laws.frequency, DRAWS, rng_scale),
+            unit=self.unit,
             rng=rng_alone,
         )
 
@@ -218,7 +218,7 @@ class Candidates:
     @property
     def explains(self) -> bool:
         return not any(
-            left.matters(self._tolerance, fit.comparable_friction(self.laws.friction))
+            left.matters(self.tolerance, fit.comparable_friction(self.laws.friction))
             for fit, left in zip(self.best, self._left, strict=True)
         )
 
@@ -296,19 +296,17 @@ class Candidates:
         shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self._witnesses
         if found is None or found.agree:
             return shift
-        factor, _ = friction_scale(self.before.model)
-        return max(shift, abs(found.loss.mean / factor - float(self._friction[self._of_best].mean())))
+        return max(shift, abs(found.loss.mean / self.factor - float(self._friction[self._of_best].mean())))
 
     def left(self) -> dict[str, Any]:
         """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
-        factor, _ = friction_scale(self.before.model)
         return {
             "record": fit.segment.decay.name,
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
-            "friction_could_shift_by": factor * self.shift,
+            "friction_could_shift_by": self.factor * self.shift,
             **left.to_left(),
             "unit": fit.segment.decay.unit,
         }
@@ -349,10 +347,9 @@ class Candidates:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        factor, unit = friction_scale(self.before.model)
         found: list[str] = []
         for fit, left in zip(self.best, self._left, strict=True):
-            found += knock_notes(fit, factor * fit.law.unit_force, unit)
+            found += knock_notes(fit, self.factor * fit.law.unit_force, self.unit)
             if left.jumps is not None and self._fluctuates:
                 found.append(
                     f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "
