@@ -30,7 +30,7 @@ def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     missing : ndarray of bool, shape (n,)
         Samples that are not used.
     """
-    law, clock, path = found.law, found.regression.clock, found.path
+    law, clock, path = found.law, found.clock, found.path
     if not clock.even:
         return None
     plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])

@@ -20,6 +20,7 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
+from friction_bayes.statespace.kalman import Clock
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
@@ -131,6 +132,16 @@ class LawAlongMotion:
         return self.law.recorded(answered)
 
     @property
+    def clock(self) -> Clock:
+        """Time stamps and which samples are used."""
+        return self.regression.clock
+
+    @property
+    def unit(self) -> float:
+        """Unit of the signal in natural units."""
+        return float(self.w0**self.segment.order)
+
+    @property
     def lines(self) -> tuple[Line, ...]:
         """Lines that may be there, the strongest of each effect first."""
         return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
@@ -153,13 +164,13 @@ class LawAlongMotion:
     def left_out(self, law: Array, force: GridPoint) -> LeftOut:
         """The samples, each predicted from all others by coefficients (p,) and a random force."""
         error, variance = self.regression.left_out(law, force.ratio, force.tau)
-        unit = self.w0**self.segment.order
-        return LeftOut(segment=self.segment, scales=self.record.scales, error=unit * error, variance=variance)
+        scales, error = self.record.scales, self.unit * error
+        return LeftOut(segment=self.segment, scales=scales, error=error, variance=variance)
 
     @property
     def determined(self) -> bool:
         """Whether more samples are fitted than there are columns."""
-        return int(np.count_nonzero(self.regression.clock.used)) > self.law.scale.size
+        return int(np.count_nonzero(self.clock.used)) > self.law.scale.size
 
     @property
     def of_sensor(self) -> Mask:

@@ -186,19 +186,18 @@ def fit_law(
 def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOptions) -> LawFit:
     """The analysis of several records, in two rounds from that of each."""
     records, varying = _records(alone, system, options.allowed), options.varying_friction
-    forced = all(fit.forced for fit in alone)
     corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     along = _along(alone, records, motions, w0)
     spreads = spreads_evaluated()
-    first = _evaluated(alone, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True)
+    first = _evaluated(alone, along, spreads[::_COARSE], varying=varying, only_mode=True)
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
     about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
     along = _along(alone, records, motions, w0 * change, about)
-    return _evaluated(alone, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+    return _evaluated(alone, along, spreads, varying=varying, kept=first.worth_it)
 
 
 def _records(
@@ -254,7 +253,6 @@ def _evaluated(
     some: Array,
     *,
     varying: bool,
-    forced: bool,
     kept: Mask | None = None,
     only_mode: bool = False,
 ) -> LawFit:
@@ -275,7 +273,7 @@ def _evaluated(
         kept,
     )
     prior = force_prior(friction)
-    if not forced:
+    if not all(fit.forced for fit in alone):
         prior = prior.without_force
     posterior = integrate_force(problem, prior, only_mode=only_mode)
     fits = tuple(

@@ -136,9 +136,9 @@ def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evalua
     """Noise of one size and noise that grows on the samples that a record uses."""
     record, posterior = along.record, integrate_force(along.problem, along.prior)
     left = along.left_out(posterior.best_law(), posterior.best)
-    used = along.regression.clock.used
+    used = along.clock.used
     log_factor = left.log_factor(used, outliers=contaminated) + (prior_log_odds() if contaminated else 0.0)
-    convention = log_convention(int(used.sum()), along.w0**record.segment.order)
+    convention = log_convention(int(used.sum()), along.unit)
     log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
     growth = _noise_growth(along, posterior)
     one_size = _Evaluated(

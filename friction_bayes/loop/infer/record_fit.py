@@ -30,7 +30,7 @@ from friction_bayes.loop.infer.settle import settle
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
 from friction_bayes.statespace.force_grid import Posterior
-from friction_bayes.statespace.kalman import Clock, shown
+from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_few_turning_points"]
@@ -70,11 +70,6 @@ class ForceFit(LawAlongMotion):
         return self.sensor_noise.growth
 
     @property
-    def clock(self) -> Clock:
-        """Time stamps and which samples are used."""
-        return self.regression.clock
-
-    @property
     def row(self) -> Array:
         """Row with which the sensor reads the state, shape (3,), or that of each sample, (n, 3)."""
         return self.regression.row
@@ -111,11 +106,6 @@ class ForceFit(LawAlongMotion):
     def knocks(self) -> list[tuple[int, int]]:
         """First and last sample of each knock."""
         return spans_of(self.clock.jumps)
-
-    @property
-    def unit(self) -> float:
-        """Unit of the signal in natural units."""
-        return float(self.w0**self.segment.order)
 
     def comparable_friction(self, friction: Array) -> float:
         """Friction that a force is compared with, natural units: the median of draws [N or N m].

@@ -128,7 +128,7 @@ class Round:
 
         Next to an exact motion the contribution of a force counts as zero.
         """
-        used = int(self.found.regression.clock.used.sum())
+        used = int(self.found.clock.used.sum())
         found = self._posterior.log_evidence + self.whole.error.log_volume
         if self.whole.filter is not None:
             found += self.whole.filter.log_prior
@@ -235,7 +235,7 @@ class Round:
     @property
     def _colour_near_motion(self) -> Colour:
         """The same of noise that is nowhere below its level near the motion's frequency."""
-        clock = self.found.regression.clock
+        clock = self.found.clock
         phase = clock.phase[clock.used]
         return colour_near_motion(
             self.left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
@@ -255,7 +255,7 @@ class Round:
 
     def without(self, samples: Mask) -> Round:
         """The same without some samples, shape (n,)."""
-        if not self.found.regression.clock.used[samples].any():
+        if not self.found.clock.used[samples].any():
             return self
         found = self.found.on(self.found.record.setting_aside(samples))
         return replace(self, whole=self.whole.setting_aside(samples), found=found)

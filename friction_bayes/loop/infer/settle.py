@@ -148,7 +148,7 @@ def _better(one: Round | None, other: Round | None) -> Round | None:
 
 def _on_common_samples(one: Round, other: Round) -> tuple[Round, Round]:
     """Two rounds on the samples that neither sets aside."""
-    used = one.found.regression.clock.used & other.found.regression.clock.used
+    used = one.found.clock.used & other.found.clock.used
     return one.without(~used), other.without(~used)
 
 
