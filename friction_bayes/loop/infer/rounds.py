@@ -30,9 +30,8 @@ from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.statespace.force_grid import Posterior, integrate_force
+from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import SmoothedMotion
 
@@ -116,11 +115,7 @@ class Round:
     def _posterior(self) -> Posterior:
         """At its mode, given that its best set is possible."""
         prior = self.found.prior.without_force if self.alone else self.found.prior
-
-        def integrated(problem: Problem) -> Posterior:
-            return integrate_force(problem, prior, near=self.near, only_mode=True)
-
-        return integrate_possible(self.found, integrated)
+        return integrate_possible(self.found, prior, self.near)
 
     @property
     def log_evidence(self) -> float:
