@@ -46,7 +46,7 @@ def integrate_possible(found: LawAlongMotion, prior: ForcePrior, near: GridPoint
         better = better_but_impossible(found, posterior)
         if not better.any():
             return posterior
-        problem = posterior.problem.without(better)
+        problem = problem.without(better)
 
 
 def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
