@@ -33,7 +33,7 @@ from friction_bayes.core.quantities import quantity_named
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.friction import friction_of_loss
-from friction_bayes.loop.infer.moving_record import force_prior
+from friction_bayes.loop.infer.law_along_motion import force_prior
 from friction_bayes.loop.settings import SETTINGS
 from friction_bayes.mechanics.effects import BUILT_IN, EFFECTS, ForceEffect, Scales
 from friction_bayes.mechanics.effects.inclusion import EXPECTED, inclusion

@@ -12,8 +12,6 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.noise_kinds import log_convention
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.noise.likelihood import log_densities
-from friction_bayes.loop.noise.robust_samples import LeftOut
 
 __all__ = ["log_evidence_without_force"]
 
@@ -42,9 +40,9 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     unit = 0.5 * settings.SETTINGS.stiffness_sd / settings.SETTINGS.frequency_sd
     score = float(white.z[white.model.index(LOG_FREQUENCY_RATIO)])
     value = log_convention(n, fit.unit) + math.log(unit) - 0.5 * score**2
-    densities = log_densities(white.residuals[0], fit.segment.sides, white.noise_models[0], white.noises[0])
-    value += float(densities[fit.samples :].sum())
+    densities = white.noise_models[0].log_densities(white.residuals[0], fit.segment, white.noises[0])
+    value += float(densities[fit.record.samples :].sum())
     used = np.isfinite(fit.clock.variance)
-    left = LeftOut.under(fit.segment, fit.scales, fit.regression, fit.w0, alone.coefficients, point)
+    left = fit.left_out(alone.coefficients, point)
     value += left.log_factor(used, outliers=noise.contaminated)
     return float(weight - prior) + value

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from experiments.simulation.fit import LoopFit, fit_model, settle
+from experiments.simulation.objective import NoiseModel
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import coulomb_mode
-from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 

@@ -13,7 +13,6 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.data.parameters import FRICTION, SHARED, Coordinate
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
-from friction_bayes.loop.noise.likelihood import fit_noise, log_densities
 
 __all__ = ["block_log_likelihoods", "target_of"]
 
@@ -109,10 +108,9 @@ def _deviance(fit: LoopFit, z: Array) -> float:
         prediction = fit.model.predict(z, r)
         if prediction is None:
             return math.inf
-        residual = segment.values - prediction.signal
-        total += fit_noise(
-            residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.ignored
-        ).deviance
+        residual, assumed = segment.values - prediction.signal, fit.noise_models[r]
+        noise = assumed.fit(residual, segment, fit.model.scales)
+        total -= 2.0 * float(assumed.log_densities(residual, segment, noise).sum())
     return total
 
 
@@ -131,9 +129,9 @@ def block_log_likelihoods(fit: LoopFit, draws: Array) -> Array:
             if prediction is None:
                 row.append(np.full(blocks[r].size, -np.inf))
                 continue
-            residual = segment.values - prediction.signal
-            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.ignored)
-            each = log_densities(residual, segment.sides, fit.noise_models[r], noise)
+            residual, assumed = segment.values - prediction.signal, fit.noise_models[r]
+            noise = assumed.fit(residual, segment, fit.model.scales)
+            each = assumed.log_densities(residual, segment, noise)
             row.append(np.add.reduceat(each, blocks[r]))
         out.append(np.concatenate(row))
     return np.array(out)

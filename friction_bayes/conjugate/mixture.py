@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import log_ndtr, logsumexp, ndtr, ndtri, ndtri_exp, stdtr, stdtrit
 
-from friction_bayes.conjugate.frozen import FrozenDistribution
+from friction_bayes.conjugate.frozen import FrozenDistribution, bisected
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 
@@ -21,8 +21,6 @@ __all__ = ["OMITTED", "Mixture"]
 
 OMITTED = 1e-9
 """Probability of a part below which a mixture omits it."""
-_STEPS = 200
-"""Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,13 +232,7 @@ class Mixture(FrozenDistribution):
         target = np.atleast_1d(np.asarray(q, dtype=np.float64))
         inside = (target > 0.0) & (target < 1.0)
         p = np.where(inside, target, 0.5)
-        low, high = self._bracket(p, upper)
-        for _ in range(_STEPS):
-            middle = 0.5 * (low + high)
-            if np.all((middle == low) | (middle == high)):
-                break
-            reached = self.sf(middle) <= p if upper else self.cdf(middle) >= p
-            low, high = np.where(reached, low, middle), np.where(reached, middle, high)
+        high = bisected(*self._bracket(p, upper), lambda x: self.sf(x) <= p if upper else self.cdf(x) >= p)
         if self.atom > 0.0:
             # an atom is met exactly, not to the last halving
             at = (self.sf(0.0) <= p) if upper else (self.cdf(0.0) >= p)

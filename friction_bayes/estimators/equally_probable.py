@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 
-from friction_bayes.conjugate.frozen import FrozenDistribution
+from friction_bayes.conjugate.frozen import FrozenDistribution, bisected
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 
 __all__ = ["EquallyProbable", "equally_probable"]
-
-_STEPS = 200
-"""Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
 
 
 def equally_probable(parts: Sequence[Any]) -> Any:
@@ -96,12 +93,5 @@ class EquallyProbable(FrozenDistribution):
     def _solve(self, q: ArrayLike, quantile: str, reached: Callable[[Array, Array], Array]) -> Any:
         """Invert a monotone probability by bisection between the quantiles of the parts."""
         ends = np.array([getattr(part, quantile)(q) for part in self.parts])
-        low, high = ends.min(axis=0), ends.max(axis=0)
         p = np.asarray(q, dtype=np.float64)
-        for _ in range(_STEPS):
-            middle = 0.5 * (low + high)
-            if np.all((middle == low) | (middle == high) | ~np.isfinite(middle)):
-                break
-            beyond = reached(middle, p)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-        return high[()]
+        return bisected(ends.min(axis=0), ends.max(axis=0), lambda x: reached(x, p))[()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,19 +21,17 @@ from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
-from friction_bayes.loop.data.friction import (
-    Distribution,
-    friction_scale,
-)
+from friction_bayes.loop.data.friction import Distribution
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.judgement import Judgement, judge
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture
+from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.report.next_experiment import next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
-from friction_bayes.loop.report.result import LoopReport, RecordTrace
+from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
@@ -68,14 +66,14 @@ def build_report(
     reference_force : ndarray or None
         Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
     """
-    judged = judge(candidates, rng, options.tolerance)
+    judged = judge(candidates, rng)
     mixture, before = judged.mixture, candidates.before
     model = before.model
-    segment, unit, traces = model.segments[0], friction_scale(model)[1], judged.traces
+    traces = candidates.traces
     effects = in_catalogue_order(mixture.sets[0])
     residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": candidates.tests.to_dict()}
-    fitted = _fitted(candidates, traces[0], model, float(mixture.draws.frequency.mean()))
-    reference, sampled = _reference_check(judged, effects, options)
+    fitted = _fitted(candidates, float(mixture.frequency.mean()))
+    reference, sampled = _reference_check(judged, candidates, options)
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, candidates.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
@@ -99,54 +97,55 @@ def build_report(
         friction_after=judged.friction.to_dict(),
         friction_range=judged.friction_range,
         friction_agreed=judged.friction_agreed,
-        prior_sensitivity=judged.sensitivity,
+        prior_sensitivity=prior_sensitivity(mixture, len(candidates.evaluated)),
         dry_friction=judged.dry,
         held_out_error=judged.held_out,
         residual=residual,
         noise=candidates.noise(),
         paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
-        frequency=_frequency(mixture.draws.frequency, model, mixture.draws.friction),
-        random_force=_random_force(mixture, friction_scale(model)[0], unit),
-        witnesses=judged.witnesses,
-        left=judged.left | {"unit": segment.decay.unit, "friction_could_shift_by": judged.shift},
+        frequency=_frequency(mixture, model),
+        random_force=_random_force(mixture, candidates.factor, candidates.unit),
+        witnesses=candidates.witnesses(),
+        left=candidates.left(),
         fitted=fitted,
-        next_experiment=_next_experiment(judged, len(model.segments)),
+        next_experiment=_next_experiment(judged, candidates),
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
         trail=list(candidates.trail),
         traces=with_forecasts(traces, *judged.forecasts),
-        posterior=_posterior(mixture, judged.friction, options.seed, sampled, rng),
+        posterior=_posterior(candidates, judged.friction, options.seed, sampled, rng),
         friction_between_records=candidates.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *candidates.notes),
     )
 
 
-def _next_experiment(judged: Judgement, records: int) -> str | None:
+def _next_experiment(judged: Judgement, candidates: Candidates) -> str | None:
     """The next experiment, where the verdict leaves a question open."""
-    if judged.word == AMBIGUOUS and (deciding := _deciding_experiment(judged.mixture)):
+    if judged.word == AMBIGUOUS and (deciding := _deciding_experiment(judged.mixture, candidates)):
         return deciding
     if judged.against:
-        failed = judged.mixture.of.tests.to_dict()["failed"]
-        return experiment_on_unexplained(judged.left["depends_on"], failed, judged.against, records)
+        depends_on, failed = candidates.left()["depends_on"], candidates.tests.failed
+        return experiment_on_unexplained(depends_on, failed, judged.against, len(candidates.best))
     return None
 
 
 def _reference_check(
-    judged: Judgement, effects: Sequence[str], options: LoopOptions
+    judged: Judgement, candidates: Candidates, options: LoopOptions
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
     known = options.reference_friction
     reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
     sampled = None
     if options.check:
-        found, sampled = judged.mixture.of.check(options.seed)
-        share = float(judged.mixture.probabilities[0]) * found.pop("share")
-        reference["sampler"] = found | {"sampled": {"effects": list(effects), "probability": share}}
+        found, sampled = candidates.check(options.seed)
+        effects = list(in_catalogue_order(candidates.sets[0]))
+        share = float(candidates.probabilities[0]) * found.pop("share")
+        reference["sampler"] = found | {"sampled": {"effects": effects, "probability": share}}
     return reference, sampled
 
 
-def _deciding_experiment(mixture: CandidateMixture) -> str | None:
+def _deciding_experiment(mixture: CandidateMixture, candidates: Candidates) -> str | None:
     """The record that would decide between the most probable candidates.
 
     Between those with another friction, if there are any, and that do not contain the first as the case of a
@@ -156,7 +155,7 @@ def _deciding_experiment(mixture: CandidateMixture) -> str | None:
     others = [mixture.sets[c] for c in np.flatnonzero(mixture.say_otherwise(count))]
     rivals = [names for names in others if not names > first] or list(mixture.sets[1:count])
     credible = [first, *rivals][: settings.SETTINGS.most_at_once + 1]
-    contenders = [(names, mixture.of.contender(names)) for names in credible]
+    contenders = [(names, candidates.contender(names)) for names in credible]
     known = {names: contender for names, contender in contenders if contender is not None}
     if len(known) < 2:
         return None
@@ -165,28 +164,24 @@ def _deciding_experiment(mixture: CandidateMixture) -> str | None:
 
 def _random_force(mixture: CandidateMixture, factor: float, unit: str) -> dict[str, Any] | None:
     """Size and correlation time of the random force, given that there is one; None where not evaluated."""
-    draws = mixture.of.draws
-    forced = draws.random_force > 0.0
+    forced = mixture.random_force > 0.0
     if np.count_nonzero(forced) < 2:
         return None
-    sd, friction = draws.random_force[forced], float(np.median(draws.friction[forced]))
+    sd, friction = mixture.random_force[forced], float(np.median(mixture.friction[forced]))
     return {
         "sd": Summary.of_draws(factor * sd, unit).to_dict(),
         "share_of_friction": float(np.median(sd)) / friction if friction else None,
-        "correlation_time_s": Summary.of_draws(draws.correlation_time[forced], "s").to_dict(),
+        "correlation_time_s": Summary.of_draws(mixture.correlation_time[forced], "s").to_dict(),
         "probability": mixture.probability(RANDOM_FORCE.name),
     }
 
 
-def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[str, Any]:
-    """Draws of the natural frequency [rad/s], the declared one, and both forces where they disagree.
-
-    Those of ``friction``, shape (m,), are of the model's [N or N m].
-    """
+def _frequency(mixture: CandidateMixture, model: LoopModel) -> dict[str, Any]:
+    """The natural frequency [rad/s], the declared one, and both forces where they disagree."""
     system, decay = model.system, model.segments[0].decay
-    found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
+    found, sd = float(mixture.frequency.mean()), float(mixture.frequency.std(ddof=1))
     disagree = bool(frequencies_disagree(system, found, sd)) and decay.unit not in UNCALIBRATED_UNITS
-    coefficient = float(friction.mean()) / system.force_factor(decay.quantity)
+    coefficient = float(mixture.friction.mean()) / system.force_factor(decay.quantity)
     forces = [
         coefficient * float(factor(system, decay.quantity, found).factor)
         for factor in (by_stiffness, by_mass)
@@ -202,7 +197,7 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
     }
 
 
-def _fitted(candidates: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
+def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
     """The part of the first record that was fitted.
 
     Raises
@@ -210,7 +205,7 @@ def _fitted(candidates: Candidates, trace: RecordTrace, model: LoopModel, freque
     InputError
         If the most probable law moves for less than three half cycles of it.
     """
-    segment = model.segments[0]
+    segment, trace = candidates.before.model.segments[0], candidates.traces[0]
     samples, turning_points, set_aside = candidates.fitted
     start, end = segment.decay.start_time, segment.decay.start_time + float(segment.time[samples - 1])
     # a law that moves on turns again within a half cycle
@@ -248,7 +243,7 @@ def _compare_with_reference(
 
 
 def _posterior(
-    mixture: CandidateMixture,
+    candidates: Candidates,
     after: Distribution,
     seed: int,
     sampled: xr.DataTree | None,
@@ -271,8 +266,8 @@ def _posterior(
             },
         )
 
-    best = one_chain(mixture.of.variables())
-    friction = one_chain({"friction": after.draws, "candidate": mixture.draws.candidate})
+    best = one_chain(candidates.variables())
+    friction = one_chain({"friction": after.draws, "candidate": candidates.mixture.candidate})
     friction["friction"].attrs["units"] = after.unit
     tree = xr.DataTree.from_dict(
         {"posterior": best.assign_attrs(seed=seed), "mixture": friction.assign_attrs(seed=seed)}

@@ -194,7 +194,7 @@ _AGAINST = {
     "witnesses": _at_odds,
     "records": _contradiction,
 }
-"""What forbids to use the number, in words (see :class:`friction_bayes.loop.report.verdict.Consequences`)."""
+"""What forbids to use the number (:func:`friction_bayes.loop.report.verdict.reasons_against`), in words."""
 
 
 def _sampled(check: Report | None) -> str:

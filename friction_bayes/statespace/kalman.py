@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import ZERO, Array, Indices
+from friction_bayes.core.arrays import ZERO, Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.coloured_noise import (
@@ -187,6 +187,16 @@ class Clock:
         change = np.empty((0, 2, 2)) if feedback is None else feedback
         acts = np.flatnonzero(np.max(np.abs(change - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
         return cls(phase, *distinct_steps(phase, stiffness, jump), variance, acts, change[acts])
+
+    @property
+    def used(self) -> Mask:
+        """Which samples are used, shape (n,)."""
+        return np.asarray(np.isfinite(self.variance))
+
+    @property
+    def jumps(self) -> Array:
+        """How far the force may jump in each interval, over the noise, shape (n - 1,)."""
+        return np.asarray(self.jump[self.index])
 
     @property
     def even(self) -> bool:

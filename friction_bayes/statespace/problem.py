@@ -184,9 +184,7 @@ class Problem:
     @cached_property
     def used(self) -> int:
         """Samples of all records that are used."""
-        return sum(
-            int(np.count_nonzero(np.isfinite(member.regression.clock.variance))) for member in self.members
-        )
+        return sum(int(np.count_nonzero(member.regression.clock.used)) for member in self.members)
 
     @property
     def log_least_variance(self) -> float:

@@ -171,7 +171,7 @@ class LawRegression:
         row = np.column_stack([np.broadcast_to(self.row, (residual.size, 3)), np.ones(residual.size)])
         error = residual - shown(states[:, :, 0], row)
         known = np.einsum("ni,nij,nj->n", row, covariance, row)
-        used = np.isfinite(self.clock.variance)
+        used = self.clock.used
         own = np.where(used, self.clock.variance, 1.0)
         # the part of a sample's own noise that remains after smoothing
         kept = np.where(used, np.maximum(1.0 - known / own, _LEAST_KEPT), 1.0)

@@ -8,35 +8,30 @@ from hypothesis import strategies as st
 
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.infer.law_draws import DRAWS, shared_out
-from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
-from friction_bayes.loop.mixture.mixture import mixture_of
+from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
 from friction_bayes.loop.mixture.slight_effects import SlightForce
 
 NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
 
 
-class Made:
+def made(sets: list[frozenset[str]], log_weights: list[float], level: float, seed: int) -> CandidateMixture:
     """Candidates whose friction is a number of their own, with a spread."""
-
-    def __init__(self, sets: list[frozenset[str]], log_weights: list[float], level: float, seed: int) -> None:
-        order = np.argsort(log_weights)[::-1]
-        self.sets = tuple(sets[i] for i in order)
-        weight = np.exp(np.array(log_weights)[order] - max(log_weights))
-        self.probabilities = weight / weight.sum()
-        self.slight_force = None
-        self.levels = level + np.arange(len(sets))
-        rng = np.random.default_rng(seed)
-        chosen = rng.choice(len(sets), size=DRAWS, p=self.probabilities)
-        force = np.array([float("random_force" in names) for names in self.sets])[chosen]
-        self.draws = CandidateDraws(
-            candidate=chosen,
-            friction=np.exp(self.levels[chosen] * rng.standard_normal(DRAWS)),
-            frequency=np.ones(DRAWS),
-            random_force=force,
-            correlation_time=force,
-            coefficients=np.array([len(names) for names in self.sets])[chosen],
-            squares=force,
-        )
+    weight = np.exp(np.array(log_weights) - max(log_weights))
+    names, probabilities = ranked(dict(zip(sets, weight, strict=True)))
+    levels, rng = level + np.arange(len(names)), np.random.default_rng(seed)
+    chosen = rng.choice(len(names), size=DRAWS, p=probabilities)
+    force = np.array([float("random_force" in each) for each in names])[chosen]
+    return CandidateMixture(
+        sets=names,
+        probabilities=probabilities,
+        candidate=chosen,
+        friction=np.exp(levels[chosen] * rng.standard_normal(DRAWS)),
+        frequency=np.ones(DRAWS),
+        random_force=force,
+        correlation_time=force,
+        coefficients=np.array([len(each) for each in names])[chosen],
+        squares=force,
+    )
 
 
 @settings(max_examples=60)
@@ -51,14 +46,11 @@ def test_every_summary_is_of_one_posterior(
 ) -> None:
     sets = [frozenset(NAMES[:k]) for k in range(5)]
     with_force = [names | {"random_force"} for names in sets[: len(forced)]]
-    made = Made([*sets[: len(plain)], *with_force], [*plain, *forced], level, seed)
-    mixture = mixture_of(made, np.random.default_rng(seed))  # type: ignore[arg-type]
+    drawn = mixture = made([*sets[: len(plain)], *with_force], [*plain, *forced], level, seed)
     assert abs(mixture.probabilities.sum() - 1.0) < 1e-9
     assert np.all(np.diff(mixture.probabilities) <= 0.0)
     assert len(set(mixture.sets)) == len(mixture.sets)
     assert frozenset() in mixture.sets
-    assert mixture.of.sets[0] == mixture.sets[0]
-    drawn = mixture.draws
     assert drawn.candidate.size == DRAWS
     # five standard errors of a share, of draws of draws
     for i, p in enumerate(mixture.probabilities):
@@ -72,13 +64,12 @@ def test_every_summary_is_of_one_posterior(
 
 
 def test_a_slight_force_moves_draws_without_one_alone(seed: int) -> None:
-    made = Made([frozenset(), frozenset({"random_force"})], [0.0, 0.0], 0.1, seed)
-    plain = made.draws.friction.copy()
-    made.slight_force = SlightForce(probability=1.0, shift=5.0, sd=0.0)  # type: ignore[assignment]
-    drawn = mixture_of(made, np.random.default_rng(seed)).draws  # type: ignore[arg-type]
+    plain = made([frozenset(), frozenset({"random_force"})], [0.0, 0.0], 0.1, seed)
+    slight = SlightForce(probability=1.0, shift=5.0, sd=0.0)
+    drawn = plain.with_slight_force(slight, np.random.default_rng(seed))
     still = drawn.random_force == 0.0
-    np.testing.assert_allclose(drawn.friction[still], plain[still] + 5.0)
-    np.testing.assert_array_equal(drawn.friction[~still], plain[~still])
+    np.testing.assert_allclose(drawn.friction[still], plain.friction[still] + 5.0)
+    np.testing.assert_array_equal(drawn.friction[~still], plain.friction[~still])
 
 
 @settings(max_examples=60)

@@ -13,6 +13,7 @@ from friction_bayes.loop.checks.contradictions import compared_sizes
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_fit import fit_law
 from friction_bayes.loop.settings import SETTINGS
+from loop_options import loop_options
 
 MEAN, EFFECTS = 0.07, ["viscous_damping", "random_force"]
 
@@ -57,7 +58,7 @@ def test_sizes_of_a_shared_effect_scatter_as_they_say(seed: int) -> None:
             )
             for k in range(2)
         ]
-        fit = fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
+        fit = fit_law(cut_records(records, SYSTEM), SYSTEM, loop_options(EFFECTS))
         (damping,) = compared_sizes(fit)
         chi_square.append(damping.chi_square)
     low, high = chi2.ppf([0.001, 0.999], len(chi_square))
@@ -79,7 +80,7 @@ def test_a_record_that_says_little_contradicts_nothing(seed: int) -> None:
             )
             for k, (duration, noise_sd) in enumerate([(10.0, 1e-5), (3.0, 3e-3)])
         ]
-        fit = fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS[:1], varying=False, noise="auto")
+        fit = fit_law(cut_records(records, SYSTEM), SYSTEM, loop_options(EFFECTS[:1]))
         (damping,) = compared_sizes(fit)
         chi_square.append(damping.chi_square)
     assert sum(chi_square) < chi2.ppf(0.999, len(chi_square))
@@ -106,7 +107,7 @@ def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -
             )
             for k in range(2)
         ]
-        fit = fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
+        fit = fit_law(cut_records(records, SYSTEM), SYSTEM, loop_options(EFFECTS))
         return bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() < SETTINGS.credible_mass)
 
     assert at_least(9, map(agree, range(12)))

@@ -174,7 +174,7 @@ class NoiseAccount:
     def innovations(self) -> Whiteness:
         regression, best = self._part.laid.regression, self._part.posterior.best
         innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
-        return whiteness(innovations[np.isfinite(regression.clock.variance)])
+        return whiteness(innovations[regression.clock.used])
 
     def target(self, force_factor: float) -> Target:
         """The same posterior for a sampler, given the factor from ``coefficient`` to force."""
@@ -443,7 +443,7 @@ class _Evaluated:
     def log_evidence(self) -> float:
         """Of the record in the unit of its signal, up to what all accounts share."""
         clock = self.laid.regression.clock
-        samples = int(np.count_nonzero(np.isfinite(clock.variance)))
+        samples = int(np.count_nonzero(clock.used))
         value = self.log_prior + self.posterior.log_evidence - samples * math.log(self.laid.unit)
         colour = clock.autoregression
         return value if colour is None else value - colour.penalty
@@ -495,7 +495,7 @@ class _Evaluated:
         if force.ratio > 0.0:
             states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
             left = left - shown(states[:, :3, 0], regression.row)
-        used = np.isfinite(clock.variance)
+        used = clock.used
         index = np.arange(used.size)
         return np.interp(index, index[used], left[used])
 

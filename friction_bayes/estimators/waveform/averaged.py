@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -21,7 +21,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, FittedMotion, PosteriorPart, RandomForce
+from friction_bayes.estimators.base import Fit, PosteriorPart, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
     UnevenLoss,
     loss_of_amplitude,
@@ -47,38 +47,15 @@ _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Averaged:
-    """Estimates by a fit of a signal, under white noise or averaged over the accounts; see :class:`Fit`.
-
-    Attributes
-    ----------
-    coefficient : frozen scipy.stats distribution or Mixture
-        Friction coefficient of the signal; a frozen Student t under white noise.
-    frequency, frequency_sd : float
-        Angular frequency [rad/s].
-    noise_sd : float
-        Of a sample.
-    """
-
-    coefficient: Any
-    frequency: float
-    frequency_sd: float
-    noise_sd: float
-
-
-def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
+def _averages(fit: Fit, accounts: Sequence[NoiseAccount]) -> dict[str, Any]:
     """Averages over the accounts; the fit under white noise where no other account counts.
 
     The noise of the fit is then at least that of its account.
     """
-    louder = max(accounts[0].noise_sd / white.noise_sd, 1.0)
-    exact = _Averaged(
-        coefficient=Mixture.of_student(white.coefficient).widened(louder),
-        frequency=white.frequency,
-        frequency_sd=white.frequency_sd * louder,
-        noise_sd=accounts[0].noise_sd,
-    )
+    loud = accounts[0].noise_sd
+    louder = max(loud / fit.noise_sd, 1.0)
+    widened = Mixture.of_student(fit.coefficient).widened(louder)
+    exact = replace(fit, coefficient=widened, frequency_sd=fit.frequency_sd * louder, noise_sd=loud)
     share = _probabilities(accounts)
     return _mean_of([exact, *accounts[1:]], np.where(share >= SLIGHT, share, 0.0))
 
@@ -87,20 +64,20 @@ def _probabilities(accounts: Sequence[NoiseAccount]) -> Array:
     return np.array([each.probability for each in accounts])
 
 
-def _mean_of(parts: Sequence[_Averaged | NoiseAccount], share: Array) -> _Averaged:
-    """Averages over parts; those without probability are not computed."""
+def _mean_of(parts: Sequence[Fit | NoiseAccount], share: Array) -> dict[str, Any]:
+    """Fields of :class:`Fit` averaged over parts; those without probability are not computed."""
     # none of a kind may have any probability to rounding
     share = share / share.sum() if share.sum() > 0.0 else np.eye(len(parts))[0]
     parts = [part for part, own in zip(parts, share, strict=True) if own > OMITTED]
     share = share[share > OMITTED] / share[share > OMITTED].sum()
     mean = float(share @ [each.frequency for each in parts])
     spread = [each.frequency_sd**2 + (each.frequency - mean) ** 2 for each in parts]
-    return _Averaged(
-        coefficient=Mixture.of([each.coefficient for each in parts], share),
-        frequency=mean,
-        frequency_sd=math.sqrt(float(share @ spread)),
-        noise_sd=float(share @ [each.noise_sd for each in parts]),
-    )
+    return {
+        "coefficient": Mixture.of([each.coefficient for each in parts], share),
+        "frequency": mean,
+        "frequency_sd": math.sqrt(float(share @ spread)),
+        "noise_sd": float(share @ [each.noise_sd for each in parts]),
+    }
 
 
 def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
@@ -112,29 +89,29 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
         probability=sum(each.probability for each in forced),
         sd=best.sd,
         correlation_time=best.correlation_time,
-        coefficient_without=_mean_of(still, _probabilities(still)).coefficient,
-        coefficient_with=_mean_of(forced, _probabilities(forced)).coefficient,
+        coefficient_without=_mean_of(still, _probabilities(still))["coefficient"],
+        coefficient_with=_mean_of(forced, _probabilities(forced))["coefficient"],
         innovations=best.innovations,
     )
 
 
-def _accounts_of(
-    decay: FreeDecay, white: _Averaged, motion: FittedMotion, rest_position: float
-) -> tuple[NoiseAccount, ...]:
+def _accounts_of(decay: FreeDecay, fit: Fit) -> tuple[NoiseAccount, ...]:
     """Accounts of the residual of a fit under white noise; empty where they cannot be evaluated."""
+    motion = fit.motion
+    assert motion is not None
     return noise_accounts(
         PlainDecay(
             values=decay.values,
             time=decay.time,
             order=decay.quantity.order,
-            frequency=white.frequency,
-            coefficient=float(white.coefficient.mean()),
-            rest_position=rest_position,
+            frequency=fit.frequency,
+            coefficient=float(fit.coefficient.mean()),
+            rest_position=fit.rest_position,
             states=motion.states,
             phase_sd=motion.phase_sd,
             rest_known=decay.rest_known,
             pendulum=swing_frequency(decay.system, decay.unit) > 0.0,
-            noise_sd=white.noise_sd,
+            noise_sd=fit.noise_sd,
         )
     )
 
@@ -185,14 +162,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     fit : Fit
         Under white noise, method ``waveform``.
     """
-    assert fit.motion is not None
-    white = _Averaged(
-        coefficient=fit.coefficient,
-        frequency=fit.frequency,
-        frequency_sd=fit.frequency_sd,
-        noise_sd=fit.noise_sd,
-    )
-    accounts, uneven = _accounts_of(decay, white, fit.motion, fit.rest_position), uneven_loss(decay)
+    accounts, uneven = _accounts_of(decay, fit), uneven_loss(decay)
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
         if decay.quantity.order == 2 and _noise_is_known(accounts) and not uneven.sure:
@@ -201,19 +171,19 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     fit = replace(fit, uneven_loss=uneven)
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
-    answer = _averaged(white, accounts)
+    averages = _averages(fit, accounts)
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
         # remarks about residuals concern the interval under white noise, not this one
         doubts = residual_notes(decay.values - fit.prediction, fit.prediction)
     return replace(
         fit,
-        **vars(answer),
+        **averages,
         notes=tuple(note for note in fit.notes if note not in doubts),
         accounts=accounts,
         account_parts=_parts(decay, fit, accounts),
         random_force=_random_force_of(accounts),
-        witness=_witness_of(decay, answer.coefficient, uneven, accounts),
+        witness=_witness_of(decay, averages["coefficient"], uneven, accounts),
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["AddedForces", "ScoreTest", "added_forces"]
 
@@ -84,9 +83,8 @@ def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     if np.any(fit.row[..., 2]):
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
-    answered = response_at_sensor(fit.path, fit.row, forces, at_samples, feedback=fit.law.feedback)[1]
     of_law = fit.law.sensor[:, law] * fit.law.scale[law]
-    block = np.column_stack([of_law, fit.law.recorded(answered), fit.residual])
+    block = np.column_stack([of_law, fit.shown(forces, at_samples), fit.residual])
     gram = fit.regression.products(block, best) / best.noise**2
     p = law.size
     known = gram[:p, :p] + np.eye(p)

@@ -108,7 +108,7 @@ class LeftOver(ResidualTests):
 
 def what_is_left(fit: ForceFit) -> LeftOver:
     """Tests of the residual of the best law and its random force."""
-    x = fit.innovations[np.isfinite(fit.clock.variance)]
+    x = fit.innovations[fit.clock.used]
     binned = dict(_binned_forces(fit))
     best = fit.posterior.best
     kurtosis, independent, p_value = jump_tails(fit.regression, fit.coefficients, best)
@@ -190,7 +190,7 @@ def _of_force(fit: ForceFit, on: str, channel: Channel, forces: Array, found: Sc
     share = fit.path.node_weight / fit.path.node_weight.sum()
     weighted = forces.T @ (forces * share[:, None])
     square = float(coefficients @ weighted @ coefficients - np.sum(weighted * found.covariance))
-    signal = best.noise * fit.unit * math.sqrt(max(found.statistic - found.degrees, 0.0) / fit.samples)
+    signal = best.noise * fit.unit * math.sqrt(max(found.statistic - found.degrees, 0.0) / fit.record.samples)
     power = float((share * fit.path.node_v) @ (forces @ coefficients))
     friction = abs(power) / float(share @ np.abs(fit.path.node_v))
     return Dependence(on, channel, math.sqrt(max(square, 0.0)), friction, signal)

@@ -74,14 +74,7 @@ def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) ->
         noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
     noise = first.sensor_noise.sd_of_samples(noise)
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
-    rest, ahead = slice(head, segment.moving), slice(1, used)
-    return Forecast(
-        time=segment.decay.start_time + segment.time[rest],
-        signal=segment.values[rest],
-        mean=middle[ahead],
-        sd=sd[ahead],
-        free=segment.free[rest],
-    )
+    return Forecast.of(segment, head, middle[1:used], sd[1:used])
 
 
 def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:
@@ -149,8 +142,8 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
                 friction *= max(level, 0.0)
             else:
                 stiffness *= level
-    model = LoopModel(fit.system, (fit.segment,)).with_effects(names)
-    ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
+    model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
+    ratio = fit.w0 / fit.record.system.natural_frequency * frequency_change(draws.stiffness[k])
     ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
     z = np.array(
@@ -213,7 +206,7 @@ def _slopes(fit: ForceFit, motion: Array, time: Array) -> tuple[Array | None, Ar
 
     Over each interval, shape (n - 1,), and at the samples, (n,); None where it is one throughout.
     """
-    if not fit.system.pendulum:
+    if not fit.record.system.pendulum:
         return None, None
     return stiffness_along(fit.w0 * time, motion[0], motion[1] / fit.w0)
 

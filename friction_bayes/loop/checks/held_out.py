@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
+from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit, refitted
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
 
 __all__ = [
-    "CoulombForecast",
     "Forecast",
     "forecast_errors",
     "forecast_records",
@@ -53,31 +53,23 @@ class Forecast:
     sd: Array
     free: Mask
 
+    @classmethod
+    def of(cls, segment: Segment, head: int, mean: Array, sd: Array) -> Forecast:
+        """Of the moving samples after the first ``head``."""
+        rest = slice(head, segment.moving)
+        time = segment.decay.start_time + segment.time[rest]
+        return cls(time=time, signal=segment.values[rest], mean=mean, sd=sd, free=segment.free[rest])
+
     @property
     def error(self) -> Array:
         """Measured minus predicted, of the samples that are compared."""
         return np.asarray((self.signal - self.mean)[self.free])
 
 
-class CoulombForecast(NamedTuple):
-    """The same part predicted by Coulomb friction: without a band, which is not reported.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (n,)
-        The prediction at the posterior mode.
-    error : ndarray
-        Measured minus predicted, of the samples that are compared.
-    """
-
-    mean: Array
-    error: Array
-
-
-def forecast_records(fit: CoulombFit) -> tuple[CoulombForecast, ...]:
+def forecast_records(fit: CoulombFit) -> tuple[Forecast, ...]:
     """The rest of each moving record by Coulomb friction, fitted anew to the first 70 %.
 
-    Empty where the fit fails.
+    At the posterior mode, without a band, which is not reported. Empty where the fit fails.
     """
     model, forecasts = fit.model, []
     heads = [int(settings.SETTINGS.fitted_share * segment.moving) for segment in model.segments]
@@ -89,13 +81,12 @@ def forecast_records(fit: CoulombFit) -> tuple[CoulombForecast, ...]:
         if predicted is None:
             return ()
         rest = slice(head, segment.moving)
-        mean = predicted.signal[rest]
-        forecasts.append(CoulombForecast(mean, (segment.values[rest] - mean)[segment.free[rest]]))
+        forecasts.append(Forecast.of(segment, head, predicted.signal[rest], np.zeros(segment.moving - head)))
     return tuple(forecasts)
 
 
 def held_out_error(
-    before: Sequence[CoulombForecast], after: Sequence[Forecast], noise_floor: float, unit: str
+    before: Sequence[Forecast], after: Sequence[Forecast], noise_floor: float, unit: str
 ) -> dict[str, Any]:
     """Errors of both models over all records, as reported; nan where one could not forecast."""
     return {
@@ -115,7 +106,7 @@ def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
     return {"after": _rms(errors), "inside90": inside}
 
 
-def _errors(forecasts: Sequence[Forecast | CoulombForecast]) -> Array:
+def _errors(forecasts: Sequence[Forecast]) -> Array:
     """Those of all records."""
     return np.concatenate([np.empty(0), *(forecast.error for forecast in forecasts)])
 
@@ -125,7 +116,7 @@ def _rms(errors: Array) -> float:
 
 
 def with_forecasts(
-    traces: Sequence[RecordTrace], before: Sequence[CoulombForecast], after: Sequence[Forecast]
+    traces: Sequence[RecordTrace], before: Sequence[Forecast], after: Sequence[Forecast]
 ) -> tuple[RecordTrace, ...]:
     """Records with both models' forecasts of their last parts; unchanged where one could not forecast."""
     if not len(traces) == len(before) == len(after):

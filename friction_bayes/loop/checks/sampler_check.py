@@ -164,6 +164,6 @@ def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
         fit.problem.only(row),
         fit.prior if forced else None,
         natural=natural,
-        signals=[each.segment.values[: each.samples] for each in fit.fits],
+        signals=[each.segment.values[: each.record.samples] for each in fit.fits],
         unit=first.unit,
     )

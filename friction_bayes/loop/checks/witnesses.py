@@ -20,7 +20,6 @@ from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["Witnesses", "two_witnesses"]
 
@@ -59,9 +58,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False
     at_nodes, at_samples = _losing_part(fit.path, fit.law.force(friction, fit.path.nodes))
-    forces = at_nodes[:, None], at_samples[:, None]
-    loss = response_at_sensor(fit.path, fit.row, *forces, feedback=fit.law.feedback)[1]
-    loss = fit.law.recorded(loss)[:, 0]
+    loss = fit.shown(at_nodes[:, None], at_samples[:, None])[:, 0]
     scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
     shape = fit.law.sensor[:, friction] - loss
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale

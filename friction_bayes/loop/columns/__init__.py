@@ -1,1 +1,1 @@
-"""Effects as columns along the measured motion, and the sets of columns that are evaluated."""
+"""A moving record, its effects as columns along the measured motion, and the sets that are evaluated."""

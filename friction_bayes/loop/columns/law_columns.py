@@ -7,15 +7,14 @@ only shapes a term is evaluated at a few values of its prior, one column each.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
@@ -32,14 +31,15 @@ from friction_bayes.loop.columns.effect_columns import (
 )
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
+from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, SensorEffect
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback, response_at_sensor
 
-__all__ = ["SENSOR_ZERO", "Circumstances", "LawColumns", "law_columns"]
+__all__ = ["SENSOR_ZERO", "LawColumns", "law_columns"]
 
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero is combined with every set: nearly every measured record has one."""
@@ -220,46 +220,9 @@ def _of_a_spring(name: str) -> bool:
     return isinstance(effect, ForceEffect) and not effect.resists
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Circumstances:
-    """Inputs of a law in addition to the motion: how that was recorded, and which effects may act.
-
-    Attributes
-    ----------
-    system : Oscillator
-        The declared system.
-    scales : Scales
-        Of the priors.
-    effects : sequence of str
-        Force and sensor effects that may act.
-    order : int
-        Derivative that is measured.
-    duration : float
-        Length of the record [s], to which friction drift refers.
-    sizes : mapping
-        Approximate size of the sensor effects whose size shapes them, by effect.
-    scores : mapping
-        Where the shapes of forces are taken, as normal scores of their priors, by effect.
-    block : int
-        Samples of the record that each value is the mean of.
-    filter : RecordingFilter or None
-        Through which it went.
-    """
-
-    system: Oscillator
-    scales: Scales
-    effects: Sequence[str]
-    order: int
-    duration: float
-    sizes: Mapping[str, float] = field(default_factory=dict)
-    scores: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    block: int = 1
-    filter: RecordingFilter | None = None
-
-
 def law_columns(
     path: MeasuredPath,
-    given: Circumstances,
+    record: MovingRecord,
     *,
     w0: float,
     friction: float,
@@ -272,7 +235,7 @@ def law_columns(
     ----------
     path : MeasuredPath
         In natural units of ``w0``.
-    given : Circumstances
+    record : MovingRecord
     w0 : float
         Frequency of the natural units [rad/s].
     friction : float
@@ -283,24 +246,24 @@ def law_columns(
         The law under which the path was smoothed: the columns are the derivatives of its motion. The forces
         are taken as given along the path by default.
     """
-    system, order = given.system, given.order
+    system, segment, order = record.system, record.segment, record.segment.order
     ratio = w0 / system.natural_frequency
     # the factor from the friction coefficient to force stays that of the declared system
     mass = system.moving * ratio ** (order - 2)
     stiffness = system.stiffness * ratio**order
     unit = mass * w0**2
-    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, given.duration, path.phase[0])
-    acting = _acting(path, given, evaluator)
-    read, row = sampled(path, given.block, order), sensor_row(order, path.slope)
+    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, segment.duration, path.phase[0])
+    amplitude = record.scales.amplitude * (system.natural_frequency / w0) ** order
+    acting = _acting(path, record, evaluator, amplitude)
+    read, row = sampled(path, segment.block, order), sensor_row(order, path.slope)
     gain = np.ones(path.phase.size) if about is None else about.gain(read)
     if np.any(gain != 1.0):
         row = gain[:, None] * row
     answers = _answers(path, row, acting, about)
-    amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     start = [
         LawColumn(name, settings.SETTINGS.state_share * amplitude) for name in ("displacement", "velocity")
     ]
-    wrong = tuple(_wrong(given, w0))
+    wrong = tuple(_wrong(record, w0))
     law = LawColumns(
         columns=(*start, *(each.column for each in acting)),
         sensor=answers.sensor[:, :-1],
@@ -319,9 +282,9 @@ def law_columns(
         friction=friction * unit,
         unit_force=unit,
     )
-    of_lines = chain.from_iterable(line_columns(line, given.scales, path, order, w0) for line in lines)
+    of_lines = chain.from_iterable(line_columns(line, record.scales, path, order, w0) for line in lines)
     law = law.with_shown([*((each.column, each.error(read)) for each in wrong), *of_lines])
-    return law if given.filter is None else law.behind(given.filter)
+    return law if record.filter is None else law.behind(record.filter)
 
 
 class _Answers(NamedTuple):
@@ -358,10 +321,11 @@ def _answers(
     return _Answers(about, feedback, forces, states, sensor)
 
 
-def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator) -> list[ForceColumn]:
+def _acting(
+    path: MeasuredPath, record: MovingRecord, evaluator: ForceEvaluator, amplitude: float
+) -> list[ForceColumn]:
     """Columns of the stiffness, of dry friction and of the forces that may act."""
-    amplitude = given.scales.amplitude * (given.system.natural_frequency / evaluator.w0) ** given.order
-    names = [name for name in given.effects if isinstance(EFFECTS[name], ForceEffect)]
+    names = [name for name in record.effects if isinstance(EFFECTS[name], ForceEffect)]
     return [
         ForceColumn(
             LawColumn("stiffness", settings.SETTINGS.stiffness_sd),
@@ -374,13 +338,13 @@ def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator)
         *(
             found
             for name in names
-            for found in force_columns(name, given.scales, evaluator, path, given.scores.get(name))
+            for found in force_columns(name, record.scales, evaluator, path, record.scores.get(name))
         ),
     ]
 
 
-def _wrong(given: Circumstances, w0: float) -> Iterator[SensorColumn]:
+def _wrong(record: MovingRecord, w0: float) -> Iterator[SensorColumn]:
     """Columns of the sensor effects that may act, except lines."""
-    for name in given.effects:
+    for name in record.effects:
         if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
-            yield from sensor_columns(name, given.scales, given.order, w0, given.sizes.get(name))
+            yield from sensor_columns(name, record.scales, record.segment.order, w0, record.sizes.get(name))

@@ -53,8 +53,6 @@ class Prediction:
         With the sensor effects that act before the noise.
     displacement, velocity : ndarray, shape (n,)
         The motion.
-    direction : ndarray, shape (n,)
-        Sign of the velocity.
     turning_times, turning_points : ndarray
         Where the velocity is zero, and the displacement there.
     stop_time : float
@@ -65,7 +63,6 @@ class Prediction:
     signal: Array
     displacement: Array
     velocity: Array
-    direction: Array
     turning_times: Array
     turning_points: Array
     stop_time: float
@@ -260,7 +257,7 @@ class LoopModel:
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
         signal = sensor_output(clean, time, values.effects)
-        return Prediction(clean, signal, x, v, np.sign(v), times, points, float(stop))
+        return Prediction(clean, signal, x, v, times, points, float(stop))
 
 
 def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, ...]]) -> Array:

@@ -70,7 +70,7 @@ def _of_motion(model: LoopModel, z: Array, r: int, j: int, step: float, base: Pr
     column = (other.signal - base.signal) / step
     if model.segments[r].order == 2:
         # where a turning point passes a sample the acceleration jumps: no derivative there
-        crossed = other.direction != base.direction
+        crossed = np.sign(other.velocity) != np.sign(base.velocity)
         if crossed.any() and not crossed.all():
             kept = np.flatnonzero(~crossed)
             column[crossed] = np.interp(np.flatnonzero(crossed), kept, column[kept])

@@ -18,11 +18,12 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
 from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
 from friction_bayes.loop.data.prediction_derivatives import difference_steps, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.loop.noise.likelihood import LEAST_NOISE
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
@@ -204,7 +205,7 @@ def coulomb_start(record: MovingRecord) -> CoulombStart | None:
         force_sd=0.0,
         tau=1.0,
     )
-    found = record.along(motion, w0, ())
+    found = LawAlongMotion.of(record, motion, w0, ())
     if found is None:
         return None
     sizes = np.zeros(found.law.scale.size)

@@ -17,10 +17,9 @@ from scipy.linalg import cho_factor, cho_solve
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
 from friction_bayes.loop.columns.lines import Line
-from friction_bayes.loop.infer.moving_record import LawAlongMotion
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.measured_path import Points
-from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["finer_lines", "finer_shapes", "lines_that_show"]
 
@@ -134,11 +133,10 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
         return np.column_stack([_change(acting, points) for acting in bent.values()])
 
     path = found.path
-    forces = change(path.nodes), change(path.samples)
-    _, shown = response_at_sensor(path, regression.row, *forces, feedback=found.law.feedback)
+    shown = found.shown(change(path.nodes), change(path.samples))
     own = law != 0.0
     columns = regression.columns[:, own] * regression.scale[own]
-    block = np.column_stack([columns, found.law.recorded(shown), regression.residual(law)])
+    block = np.column_stack([columns, shown, regression.residual(law)])
     gram = regression.products(block, point) / point.noise**2
     score = np.array([acting[0][1].column.score for acting in bent.values()])
     # the data are the residual of the law; each coefficient and score has a standard normal prior

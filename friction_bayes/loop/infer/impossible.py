@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
-from friction_bayes.loop.infer.moving_record import LawAlongMotion
-from friction_bayes.statespace.force_grid import Posterior
-from friction_bayes.statespace.problem import Problem
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 
 __all__ = ["better_but_impossible", "impossible", "integrate_possible"]
 
@@ -24,23 +24,29 @@ _HIDDEN = 0.5
 """Share of the signal that sensor effects cancel where they hide the motion: at one nothing is left of it."""
 
 
-def integrate_possible(found: LawAlongMotion, integrated: Callable[[Problem], Posterior]) -> Posterior:
-    """Posterior of a law over the random force, given that the best set is possible.
+def integrate_possible(found: LawAlongMotion, prior: ForcePrior, near: GridPoint | None = None) -> Posterior:
+    """Posterior of a law at its mode, given that the best set is possible.
 
     Parameters
     ----------
     found : LawAlongMotion
-    integrated : callable, (Problem) -> Posterior
+    prior : ForcePrior
+        Of the random force.
+    near : GridPoint, optional
+        A force that is nearly the most probable one.
 
     Returns
     -------
     Posterior
         Its problem has no set that would be better and is impossible.
     """
-    posterior = integrated(found.problem)
-    while (better := better_but_impossible(found, posterior)).any():
-        posterior = integrated(posterior.problem.without(better))
-    return posterior
+    problem = found.problem
+    while True:
+        posterior = integrate_force(problem, prior, near=near, only_mode=True)
+        better = better_but_impossible(found, posterior)
+        if not better.any():
+            return posterior
+        problem = problem.without(better)
 
 
 def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:

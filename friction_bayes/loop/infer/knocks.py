@@ -17,7 +17,7 @@ from scipy import stats
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.kalman import Clock, jump_scores
+from friction_bayes.statespace.kalman import jump_scores
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import SmoothedMotion
 
@@ -49,7 +49,7 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
         is one too many. None where there is no other.
     """
     clock = regression.clock
-    known = _jumps(clock)
+    known = clock.jumps
     motion = regression.smoothed(law, best)
     if _lasts(motion.states[:, 2], clock.phase, spans_of(known)):
         return np.zeros_like(known)
@@ -132,17 +132,12 @@ def jump_tails(regression: LawRegression, law: Array, best: GridPoint) -> tuple[
     return kurtosis, n, _p_value_of_kurtosis(kurtosis, n)
 
 
-def _jumps(clock: Clock) -> Array:
-    """How far the force may jump in each interval, over the noise, shape (n - 1,)."""
-    return np.asarray(clock.jump[clock.index])
-
-
 def _scores(regression: LawRegression, law: Array, best: GridPoint) -> Array:
     """Standardised scores of a jump before each sample, zero where it may jump already, shape (n,)."""
     clock = regression.clock
     scores = jump_scores(regression.residual(law), clock, regression.row, best.ratio, best.tau) / best.noise
     scores[:1] = 0.0
-    scores[1:][_jumps(clock) > 0.0] = 0.0
+    scores[1:][clock.jumps > 0.0] = 0.0
     return scores
 
 

@@ -22,10 +22,12 @@ from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES, Line
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord, force_prior
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
 from friction_bayes.loop.infer.record_fit import (
     ForceFit,
     fit_random_force,
@@ -146,10 +148,7 @@ class LawFit:
 def fit_law(
     segments: Sequence[Segment],
     system: Oscillator,
-    allowed: Sequence[str],
-    *,
-    varying: bool,
-    noise: str,
+    options: LoopOptions,
     progress: Callable[[str], None] | None = None,
 ) -> LawFit:
     """The analysis of one or several records of one quantity.
@@ -159,12 +158,8 @@ def fit_law(
     segments : sequence of Segment, length r
     system : Oscillator
         The declared system.
-    allowed : sequence of str
-        Effects that may act.
-    varying : bool
-        Whether friction is known to differ between the records; else that is as probable as a slight effect.
-    noise : {"auto", "white", "ar"}
-        What the noise of the sensors may be.
+    options : LoopOptions
+        Where friction is not known to vary, that it does is as probable as a slight effect.
     progress : callable, optional
         Called with the name of each record.
 
@@ -181,33 +176,28 @@ def fit_law(
     for segment in segments:
         if progress is not None:
             progress(segment.decay.name)
-        fit = fit_random_force(segment, system, allowed, noise=noise)
+        fit = fit_random_force(segment, system, options.allowed, noise=options.noise)
         if fit is None:
             raise too_few_turning_points(segment)
         fits.append(fit)
-    return LawFit.of(fits[0]) if len(fits) == 1 else _together(tuple(fits), system, allowed, varying=varying)
+    return LawFit.of(fits[0]) if len(fits) == 1 else _together(tuple(fits), system, options)
 
 
-def _together(
-    alone: tuple[ForceFit, ...], system: Oscillator, allowed: Sequence[str], *, varying: bool
-) -> LawFit:
+def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOptions) -> LawFit:
     """The analysis of several records, in two rounds from that of each."""
-    records = _records(alone, system, allowed)
-    forced = all(fit.forced for fit in alone)
+    records, varying = _records(alone, system, options.allowed), options.varying_friction
     corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     along = _along(alone, records, motions, w0)
     spreads = spreads_evaluated()
-    first = _evaluated(
-        alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
-    )
+    first = _evaluated(alone, along, spreads[::_COARSE], varying=varying, only_mode=True)
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
     about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
     along = _along(alone, records, motions, w0 * change, about)
-    return _evaluated(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+    return _evaluated(alone, along, spreads, varying=varying, kept=first.worth_it)
 
 
 def _records(
@@ -218,7 +208,8 @@ def _records(
     sizes, filters = _shared_sizes(alone), _filters(alone)
     members = []
     for fit, filter_ in zip(alone, filters, strict=True):
-        record = MovingRecord.of(fit.segment, system, allowed, scales, noise=fit.noise, samples=fit.samples)
+        noise, samples = fit.record.noise, fit.record.samples
+        record = MovingRecord.of(fit.segment, system, allowed, scales, noise=noise, samples=samples)
         variance = fit.clock.variance
         if filter_ is None:
             # what jumps is known behind a filter alone
@@ -228,10 +219,10 @@ def _records(
                 record,
                 variance=variance,
                 forced=fit.forced,
-                error=fit.error,
+                error=fit.record.error,
                 sizes=sizes,
                 filter=filter_,
-                jump=fit.clock.jump[fit.clock.index],
+                jump=fit.clock.jumps,
             )
         )
     return tuple(members)
@@ -249,7 +240,7 @@ def _along(
     friction = _friction_of_loss(alone)
     found = []
     for record, motion, lines, law in zip(records, motions, _lines(alone), laws, strict=True):
-        along = record.along(motion, w0, lines, friction=friction, about=law)
+        along = LawAlongMotion.of(record, motion, w0, lines, friction=friction, about=law)
         if along is None:
             raise too_few_turning_points(record.segment)
         found.append(along)
@@ -258,12 +249,10 @@ def _along(
 
 def _evaluated(
     alone: tuple[ForceFit, ...],
-    records: tuple[MovingRecord, ...],
     along: tuple[LawAlongMotion, ...],
     some: Array,
     *,
     varying: bool,
-    forced: bool,
     kept: Mask | None = None,
     only_mode: bool = False,
 ) -> LawFit:
@@ -284,12 +273,12 @@ def _evaluated(
         kept,
     )
     prior = force_prior(friction)
-    if not forced:
+    if not all(fit.forced for fit in alone):
         prior = prior.without_force
     posterior = integrate_force(problem, prior, only_mode=only_mode)
     fits = tuple(
-        force_fit(record, found, *each, one.sensor_noise)
-        for record, found, each, one in zip(records, along, _under(posterior), alone, strict=True)
+        force_fit(found, *each, one.sensor_noise)
+        for found, each, one in zip(along, _under(posterior), alone, strict=True)
     )
     return LawFit(
         alone=alone,

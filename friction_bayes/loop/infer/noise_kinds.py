@@ -7,41 +7,25 @@ distribution of the noise hardly changes the probabilities of the sets of effect
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.noise.likelihood import NoiseFit
-from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
-from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.regression import LawRegression
 
-__all__ = ["NoiseKind", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
-
-
-class NoiseKind(NamedTuple):
-    """One kind of noise.
-
-    Attributes
-    ----------
-    effects : frozenset of str
-    log_odds : float
-        Against white noise alone, prior odds included.
-    """
-
-    effects: frozenset[str]
-    log_odds: float
+__all__ = ["NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,25 +34,20 @@ class NoiseKinds:
 
     Attributes
     ----------
-    kinds : tuple of NoiseKind
-        White noise alone first.
-    chosen : int
-        The most probable.
+    log_odds : mapping of frozenset of str to float
+        Of each kind by its effects against white noise alone, which comes first; prior odds included.
+    effects : frozenset of str
+        Of the most probable.
     growth : NoiseGrowth or None
         Of the noise with the motion, the most probable; None where none may act.
     outliers : NoiseFit or None
         Noise with outliers about what all other samples predict; None where not evaluated.
     """
 
-    kinds: tuple[NoiseKind, ...]
-    chosen: int
+    log_odds: Mapping[frozenset[str], float]
+    effects: frozenset[str]
     growth: NoiseGrowth | None
     outliers: NoiseFit | None
-
-    @property
-    def effects(self) -> frozenset[str]:
-        """Effects of the most probable."""
-        return self.kinds[self.chosen].effects
 
     @property
     def contaminated(self) -> bool:
@@ -78,7 +57,7 @@ class NoiseKinds:
     @property
     def log_total(self) -> float:
         """Logarithm of the sum of all odds."""
-        return float(logsumexp([h.log_odds for h in self.kinds]))
+        return float(logsumexp([*self.log_odds.values()]))
 
     def probabilities(self, records: int = 1) -> dict[frozenset[str], float]:
         """Probability of each kind of noise by its effects, in one of some records.
@@ -86,9 +65,10 @@ class NoiseKinds:
         That any of these has an effect is as probable as any effect.
         """
         prior = math.log(math.expm1(-math.log1p(-inclusion()) / records))
-        log_odds = [h.log_odds + len(h.effects) * (prior - prior_log_odds()) for h in self.kinds]
-        total = logsumexp(log_odds)
-        return {h.effects: math.exp(each - total) for h, each in zip(self.kinds, log_odds, strict=True)}
+        more = prior - prior_log_odds()
+        log_odds = {effects: each + len(effects) * more for effects, each in self.log_odds.items()}
+        total = logsumexp([*log_odds.values()])
+        return {effects: math.exp(each - total) for effects, each in log_odds.items()}
 
     def sd_of_samples(self, sd: Array) -> Array:
         """Standard deviation of the noise, outliers included, where that of the others is ``sd``."""
@@ -107,42 +87,38 @@ def log_convention(used: int, unit: float) -> float:
 
 
 def evaluate_sensor_noise(
-    record: MovingRecord, along: LawAlongMotion, outliers: Mask
-) -> tuple[LawRegression, Posterior, NoiseKinds]:
+    along: LawAlongMotion, cleaned: LawAlongMotion
+) -> tuple[LawAlongMotion, Posterior, NoiseKinds]:
     """Evidence of each kind of noise, and the posterior over the random force under the most probable.
 
     Parameters
     ----------
-    record : MovingRecord
-        Without the samples that are set aside even if there are no outliers.
     along : LawAlongMotion
-        Its law.
-    outliers : ndarray of bool, shape (n,)
-        Samples that are outliers if there are any.
+        The law of the record.
+    cleaned : LawAlongMotion
+        The same without the samples that are outliers if there are any; ``along`` itself where none are.
 
     Returns
     -------
-    regression : LawRegression
+    along : LawAlongMotion
         Under the most probable noise.
     posterior : Posterior
     noise : NoiseKinds
     """
-    evaluated = _given_samples(record, along, contaminated=False)
-    if outliers.any():
-        cleaned = record.setting_aside(outliers)
-        evaluated += _given_samples(cleaned, along, contaminated=True)
-    chosen = max(range(len(evaluated)), key=lambda k: evaluated[k].log_weight)
-    best, white = evaluated[chosen], evaluated[0].log_weight
+    evaluated = _given_samples(along, contaminated=False)
+    if cleaned is not along:
+        evaluated += _given_samples(cleaned, contaminated=True)
+    best, white = max(evaluated, key=lambda each: each.log_weight), evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
-        posterior = integrate_force(Problem.of(best.regression), along.prior)
+        posterior = integrate_force(best.along.problem, along.prior)
     noise = NoiseKinds(
-        kinds=tuple(NoiseKind(w.effects, w.log_weight - white) for w in evaluated),
-        chosen=chosen,
+        log_odds={each.effects: each.log_weight - white for each in evaluated},
+        effects=best.effects,
         growth=best.growth,
         outliers=evaluated[-1].noise if OUTLIERS.name in evaluated[-1].effects else None,
     )
-    return best.regression, posterior, noise
+    return best.along, posterior, noise
 
 
 class _Evaluated(NamedTuple):
@@ -150,31 +126,25 @@ class _Evaluated(NamedTuple):
 
     effects: frozenset[str]
     log_weight: float
-    regression: LawRegression
+    along: LawAlongMotion
     posterior: Posterior
     growth: NoiseGrowth | None
     noise: NoiseFit
 
 
-def _given_samples(record: MovingRecord, along: LawAlongMotion, *, contaminated: bool) -> list[_Evaluated]:
+def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evaluated]:
     """Noise of one size and noise that grows on the samples that a record uses."""
-    if not np.array_equal(record.variance, along.regression.clock.variance):
-        clock = record.clock_along(along.path, along.law.feedback, along.w0)
-        along = replace(along, regression=replace(along.regression, clock=clock))
-    regression = along.regression
-    posterior = integrate_force(along.problem, along.prior)
-    left = LeftOut.under(
-        record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
-    )
-    used = np.isfinite(record.variance)
+    record, posterior = along.record, integrate_force(along.problem, along.prior)
+    left = along.left_out(posterior.best_law(), posterior.best)
+    used = along.clock.used
     log_factor = left.log_factor(used, outliers=contaminated) + (prior_log_odds() if contaminated else 0.0)
-    convention = log_convention(int(used.sum()), along.w0**record.segment.order)
+    convention = log_convention(int(used.sum()), along.unit)
     log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
-    growth = _noise_growth(record, along, posterior)
+    growth = _noise_growth(along, posterior)
     one_size = _Evaluated(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),
         log_weight=posterior.log_evidence + convention + log_factor,
-        regression=regression,
+        along=along,
         posterior=posterior,
         growth=growth,
         noise=left.noise(outliers=contaminated),
@@ -184,14 +154,14 @@ def _given_samples(record: MovingRecord, along: LawAlongMotion, *, contaminated:
     grown = one_size._replace(
         effects=one_size.effects | {growth.effect.name},
         log_weight=one_size.log_weight + growth.log_odds,
-        regression=replace(regression, clock=growth.clock),
+        along=replace(along, regression=replace(along.regression, clock=growth.clock)),
     )
     return [one_size, grown]
 
 
-def _noise_growth(record: MovingRecord, along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | None:
+def _noise_growth(along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | None:
     """The most probable growth of the noise; None where none may act."""
-    growths = []
+    record, growths = along.record, []
     for effect in (EFFECTS[name] for name in record.allowed if not isinstance(record.error, Colour)):
         if isinstance(effect, GrowingNoiseEffect):
             # the prior is one of the noise of a sample: in a mean of a block it counts less

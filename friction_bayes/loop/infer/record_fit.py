@@ -17,22 +17,20 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
-from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LEAST_TURNS, LawAlongMotion
 from friction_bayes.loop.infer.noise_kinds import NoiseKinds, evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.infer.settle import settle
 from friction_bayes.loop.noise.colour import Colour
-from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
-from friction_bayes.mechanics.effects import Scales
 from friction_bayes.statespace.force_grid import Posterior
-from friction_bayes.statespace.kalman import Clock, shown
+from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.smoother import SmoothedMotion
 
 __all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_few_turning_points"]
@@ -44,13 +42,6 @@ class ForceFit(LawAlongMotion):
 
     Attributes
     ----------
-    segment : Segment
-        The record.
-    samples : int
-        Samples of it that are used: while it moves.
-    system : Oscillator
-    scales : Scales
-        Of the priors.
     posterior : Posterior
     coefficients : ndarray, shape (p,)
         Of the best set at the best point.
@@ -58,24 +49,14 @@ class ForceFit(LawAlongMotion):
         Smoothed with that law.
     sensor_noise : NoiseKinds
         The noise in addition to white.
-    error : SensorError or Colour
-        What neighbouring samples share of it.
-    noise : {"auto", "white", "ar"}
-        What the noise of the sensor may be.
     impossible : ndarray of bool, shape (m,)
         Sets that are beyond what their priors allow.
     """
 
-    segment: Segment
-    samples: int
-    system: Oscillator
-    scales: Scales
     posterior: Posterior
     coefficients: Array
     motion: SmoothedMotion
     sensor_noise: NoiseKinds
-    error: SensorError | Colour
-    noise: str
     impossible: Mask
 
     @property
@@ -87,11 +68,6 @@ class ForceFit(LawAlongMotion):
     def growth(self) -> NoiseGrowth | None:
         """The most probable growth of the noise with the motion; None where none may act."""
         return self.sensor_noise.growth
-
-    @property
-    def clock(self) -> Clock:
-        """Time stamps and which samples are used."""
-        return self.regression.clock
 
     @property
     def row(self) -> Array:
@@ -129,17 +105,7 @@ class ForceFit(LawAlongMotion):
     @property
     def knocks(self) -> list[tuple[int, int]]:
         """First and last sample of each knock."""
-        return spans_of(self.clock.jump[self.clock.index])
-
-    @property
-    def unit(self) -> float:
-        """Unit of the signal in natural units."""
-        return float(self.w0**self.segment.order)
-
-    @property
-    def lines(self) -> tuple[Line, ...]:
-        """Lines that may be there, the strongest of each effect first."""
-        return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
+        return spans_of(self.clock.jumps)
 
     def comparable_friction(self, friction: Array) -> float:
         """Friction that a force is compared with, natural units: the median of draws [N or N m].
@@ -170,7 +136,7 @@ class ForceFit(LawAlongMotion):
     @property
     def noise_sd(self) -> float:
         """Posterior mean of the sd of a value's noise, correlated part included, unit of the signal."""
-        return self.posterior.noise_sd * self.error.share * self.unit
+        return self.posterior.noise_sd * self.record.error.share * self.unit
 
     @property
     def innovations(self) -> Array:
@@ -225,8 +191,9 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
     ForceFit or None
         None where these have too few turning points.
     """
-    filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else fit.noise
-    whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, noise=noise, samples=samples)
+    filter_, known = fit.law.filter, fit.record
+    noise = "ar" if isinstance(known.error, Colour) else known.noise
+    whole = MovingRecord.of(fit.segment, known.system, allowed, known.scales, noise=noise, samples=samples)
     if filter_ is not None:
         whole = whole.behind(filter_)
     return _fit_of(settle(whole, filters=False))
@@ -238,11 +205,11 @@ def _fit_of(last: Round | None) -> ForceFit | None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found
     while True:
-        regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers)
-        best = replace(found, regression=regression)
+        along = found.on(record) if last.outliers.any() else found
+        best, posterior, sensor_noise = evaluate_sensor_noise(along, found)
         better = better_but_impossible(best, posterior)
         if not better.any():
-            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise)
+            return force_fit(best, posterior, posterior.best_law(), sensor_noise)
         found = found.without(better)
 
 
@@ -256,18 +223,11 @@ def too_few_turning_points(segment: Segment) -> InputError:
 
 
 def force_fit(
-    record: MovingRecord,
-    found: LawAlongMotion,
-    posterior: Posterior,
-    coefficients: Array,
-    sensor_noise: NoiseKinds,
+    found: LawAlongMotion, posterior: Posterior, coefficients: Array, sensor_noise: NoiseKinds
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
-        segment=record.segment,
-        samples=record.samples,
-        system=record.system,
-        scales=record.scales,
+        record=found.record,
         w0=found.w0,
         path=found.path,
         law=found.law,
@@ -278,7 +238,5 @@ def force_fit(
         coefficients=coefficients,
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
-        error=record.error,
-        noise=record.noise,
         impossible=impossible(found, posterior),
     )

@@ -18,20 +18,20 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import Line, lines_in_residual
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.behind_filter import filter_of
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
 from friction_bayes.loop.infer.finer_columns import finer_lines, finer_shapes, lines_that_show
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
-from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
+from friction_bayes.loop.noise.robust_samples import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.statespace.force_grid import Posterior, integrate_force
+from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import SmoothedMotion
 
@@ -55,12 +55,8 @@ class Round:
         With the samples that are set aside here.
     ceiling, outliers : ndarray of bool, shape (n,)
         Samples that are set aside: near an end of the sensor's range, and outliers.
-    motion : SmoothedMotion
-        That of the round before.
-    lines : tuple of Line
-        Those that may be there.
     other_lines : bool
-        Whether one of them is new or one has gone.
+        Whether one of the lines that may be there is new, or one has gone.
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
@@ -72,8 +68,6 @@ class Round:
     whole: MovingRecord
     ceiling: Mask
     outliers: Mask
-    motion: SmoothedMotion
-    lines: tuple[Line, ...]
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
@@ -105,7 +99,7 @@ class Round:
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(whole, ceiling, none, motion, (), False, found, None, alone=True)
+        return cls(whole, ceiling, none, False, found, None, alone=True)
 
     @cached_property
     def with_force(self) -> Round:
@@ -117,20 +111,11 @@ class Round:
         """Samples that are set aside, shape (n,)."""
         return self.ceiling | self.outliers
 
-    @property
-    def record(self) -> MovingRecord:
-        """Without them."""
-        return self.whole.setting_aside(self.aside)
-
     @cached_property
     def _posterior(self) -> Posterior:
         """At its mode, given that its best set is possible."""
         prior = self.found.prior.without_force if self.alone else self.found.prior
-
-        def integrated(problem: Problem) -> Posterior:
-            return integrate_force(problem, prior, near=self.near, only_mode=True)
-
-        return integrate_possible(self.found, integrated)
+        return integrate_possible(self.found, prior, self.near)
 
     @property
     def log_evidence(self) -> float:
@@ -138,7 +123,7 @@ class Round:
 
         Next to an exact motion the contribution of a force counts as zero.
         """
-        used = int(np.isfinite(self.found.regression.clock.variance).sum())
+        used = int(self.found.clock.used.sum())
         found = self._posterior.log_evidence + self.whole.error.log_volume
         if self.whole.filter is not None:
             found += self.whole.filter.log_prior
@@ -174,7 +159,7 @@ class Round:
     def leaves_white(self) -> bool:
         """Whether the residual of law and random force is white noise."""
         best, regression = self._best, self.found.regression
-        left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
+        left = regression.innovations(self._law, best.ratio, best.tau)[regression.clock.used]
         return whiteness(left).white
 
     def following(self) -> Round | None:
@@ -183,8 +168,8 @@ class Round:
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
-        more = lines_in_residual(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
-        showing = lines_that_show(self.lines, found, law, best)
+        more = lines_in_residual(white, smoothed.states[:, 2], segment, found.lines, whole.effects)
+        showing = lines_that_show(found.lines, found, law, best)
         lines = (*finer_lines(showing, found, law, best), *more)
         error = self._next_error
         if error is not None:
@@ -201,14 +186,12 @@ class Round:
         whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, lines, about)
         if along is None or not along.determined:
             return None
-        other_lines = bool(more) or len(showing) < len(self.lines)
+        other_lines = bool(more) or len(showing) < len(found.lines)
         return replace(
             self,
             whole=whole,
             ceiling=ceiling,
             outliers=outliers,
-            motion=motion,
-            lines=lines,
             other_lines=other_lines,
             found=along,
             near=self._posterior.best_force,
@@ -219,10 +202,10 @@ class Round:
 
         What it is linear about, law and random force, stays that of the whole step.
         """
-        motion = before.motion.at_frequency(self.found.w0 / before.found.w0).midway(self.motion)
-        again = replace(self, motion=motion)
-        along = again._along(self.whole)
-        return None if along is None else replace(again, found=along)
+        mine, its = self.found, before.found
+        motion = its.regression.motion.at_frequency(mine.w0 / its.w0).midway(mine.regression.motion)
+        along = self._along(self.whole, motion=motion)
+        return None if along is None else replace(self, found=along)
 
     @property
     def _next_error(self) -> SensorError | Colour | None:
@@ -237,7 +220,7 @@ class Round:
     def left(self) -> Array:
         """Residual of the law at the samples that are used, natural units."""
         regression = self.found.regression
-        return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
+        return regression.residual(self._law)[regression.clock.used]
 
     @property
     def _colour(self) -> Colour | None:
@@ -247,8 +230,8 @@ class Round:
     @property
     def _colour_near_motion(self) -> Colour:
         """The same of noise that is nowhere below its level near the motion's frequency."""
-        clock = self.found.regression.clock
-        phase = clock.phase[np.isfinite(clock.variance)]
+        clock = self.found.clock
+        phase = clock.phase[clock.used]
         return colour_near_motion(
             self.left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
         )
@@ -262,17 +245,15 @@ class Round:
 
     def with_lines(self, lines: tuple[Line, ...]) -> Round | None:
         """The same where these lines may be there."""
-        again = replace(self, lines=lines)
-        found = again._along(self.whole)
-        return None if found is None else replace(again, found=found)
+        found = self._along(self.whole, lines=lines)
+        return None if found is None else replace(self, found=found)
 
-    def without(self, samples: Mask) -> Round | None:
+    def without(self, samples: Mask) -> Round:
         """The same without some samples, shape (n,)."""
-        if not np.isfinite(self.record.variance[samples]).any():
+        if not self.found.clock.used[samples].any():
             return self
-        whole = self.whole.setting_aside(samples)
-        found = self._along(whole)
-        return None if found is None else replace(self, whole=whole, found=found)
+        found = self.found.on(self.found.record.setting_aside(samples))
+        return replace(self, whole=self.whole.setting_aside(samples), found=found)
 
     def in_its_colour(self) -> Round | None:
         """The same under noise of the colour of its law's residual, whatever explains that."""
@@ -289,17 +270,25 @@ class Round:
         """The same law behind the filter that the record went through; None without one."""
         segment, bare = self.whole.segment, self._along(replace(self.whole, filter=None))
         missing = self.aside & ~segment.ignored[: self.whole.samples]
-        filter_ = None if bare is None else filter_of(bare, missing, segment.order)
+        filter_ = None if bare is None else filter_of(bare, missing)
         if filter_ is None:
             return None
         whole = replace(self.whole.behind(filter_), error=NO_ERROR)
         along = self._along(whole)
         return None if along is None else replace(self, whole=whole, found=along, near=None, alone=True)
 
-    def _along(self, whole: MovingRecord) -> LawAlongMotion | None:
-        """Its law along its motion under other circumstances."""
-        record = whole.setting_aside(self.aside)
-        return record.along(self.motion, self.found.w0, self.lines, about=self.found.law.about)
+    def _along(
+        self,
+        whole: MovingRecord,
+        *,
+        motion: SmoothedMotion | None = None,
+        lines: tuple[Line, ...] | None = None,
+    ) -> LawAlongMotion | None:
+        """Its law under other circumstances, along its motion or another, with its lines or others."""
+        record, found = whole.setting_aside(self.aside), self.found
+        motion = found.regression.motion if motion is None else motion
+        lines = found.lines if lines is None else lines
+        return LawAlongMotion.of(record, motion, found.w0, lines, about=found.law.about)
 
     def in_its_colour_near_motion(self) -> Round | None:
         """The same, the noise nowhere below its level near the motion's frequency."""
@@ -307,14 +296,7 @@ class Round:
 
     def _set_aside(self, smoothed: SmoothedMotion) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
-        left = LeftOut.under(
-            self.whole.segment,
-            self.whole.scales,
-            self.found.regression,
-            self.found.w0,
-            self._law,
-            self._best,
-        )
+        left = self.found.left_out(self._law, self._best)
         ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
         white = not isinstance(self.whole.error, Colour)
         # one outlier spoils as many innovations of coloured noise as that has coefficients
@@ -323,7 +305,7 @@ class Round:
         if ceiling.any():
             ceiling = left.near_ceiling(noise)
             shown = shown & ~ceiling
-        outliers = outlying(noise) & shown
+        outliers = noise.outliers & shown
         return ceiling, outliers & come_anywhere(outliers, shown, smoothed)
 
     def stays(self, after: Round) -> bool:
@@ -344,11 +326,10 @@ class Round:
         friction = friction_along(self.found.path)
         return next_knock(self.found.regression, self._posterior.best_law(), self._posterior.best, friction)
 
-    def jumping(self, jump: Array) -> Round | None:
+    def jumping(self, jump: Array) -> Round:
         """The same with a force that may jump, shape (n - 1,)."""
-        whole = replace(self.whole, jump=jump)
-        found = self._along(whole)
-        return None if found is None else replace(self, whole=whole, found=found, alone=False)
+        found = self.found.on(replace(self.found.record, jump=jump))
+        return replace(self, whole=replace(self.whole, jump=jump), found=found, alone=False)
 
 
 def _law_along(
@@ -364,8 +345,8 @@ def _law_along(
     Fewer samples than columns do not determine the shapes that effects may take: then the effects of one
     column alone are evaluated.
     """
-    along = whole.setting_aside(aside).along(motion, w0, lines, about=about)
+    along = LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)
     if along is None or along.determined:
         return whole, along
-    whole = whole.of_one_column(along.law)
-    return whole, whole.setting_aside(aside).along(motion, w0, lines, about=about)
+    whole = whole.of_one_column(along.law.columns)
+    return whole, LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)

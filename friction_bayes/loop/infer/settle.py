@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
-from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.noise.colour import is_coloured
@@ -128,12 +128,13 @@ def _holds_against(one: Round, other: Round) -> bool:
     It has noise that grows with the motion where that is more probable, and the lines that were found with
     the other.
     """
-    if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
-        one = _better(one, _settled(one.with_lines(other.lines))) or one
+    lines = other.found.lines
+    if not {line.effect for line in lines} <= {line.effect for line in one.found.lines}:
+        one = _better(one, _settled(one.with_lines(lines))) or one
     mine, its = _on_common_samples(one, other)
-    if mine is None or its is None or its.log_evidence <= mine.log_evidence:
+    if its.log_evidence <= mine.log_evidence:
         return True
-    noise = evaluate_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside))[2]
+    noise = evaluate_sensor_noise(mine.found, mine.found)[2]
     return its.log_evidence <= mine.log_evidence + noise.log_total
 
 
@@ -142,12 +143,12 @@ def _better(one: Round | None, other: Round | None) -> Round | None:
     if one is None or other is None:
         return one or other
     mine, its = _on_common_samples(one, other)
-    return one if its is None or (mine is not None and mine.log_evidence >= its.log_evidence) else other
+    return one if mine.log_evidence >= its.log_evidence else other
 
 
-def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | None]:
-    """Two rounds on the samples that neither sets aside; None where these are too few for a law."""
-    used = np.isfinite(one.record.variance) & np.isfinite(other.record.variance)
+def _on_common_samples(one: Round, other: Round) -> tuple[Round, Round]:
+    """Two rounds on the samples that neither sets aside."""
+    used = one.found.clock.used & other.found.clock.used
     return one.without(~used), other.without(~used)
 
 
@@ -181,4 +182,4 @@ def _next(before: Round) -> Round | None:
 def _loses(one: Round, other: Round) -> bool:
     """Whether a round is less probable than another, by more than what rounds of one law differ by."""
     mine, its = _on_common_samples(one, other)
-    return its is not None and (mine is None or mine.log_evidence < its.log_evidence - _ALIKE)
+    return mine.log_evidence < its.log_evidence - _ALIKE

@@ -30,8 +30,8 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
 from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.cells import cells_of
+from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
@@ -65,7 +65,8 @@ class Candidates:
         The Coulomb model alone.
     fit : LawFit
     tolerance : float
-        Share of friction below which a force that depends on the motion does not matter.
+        Share of friction below which a force that depends on the motion does not matter, and of the loss of
+        amplitude from which on dry friction does.
     rng : numpy.random.Generator
         Of the draws.
 
@@ -74,6 +75,8 @@ class Candidates:
     sets : tuple of frozenset of str, length c
         Effects of each candidate, the most probable first; the empty set is among them.
     probabilities : ndarray, shape (c,)
+    factor, unit : float, str
+        From a model's friction to the reported one, and its unit.
     slight_force : SlightForce or None
         A random force too slight to show, for draws without one.
     trail : tuple of str
@@ -82,15 +85,12 @@ class Candidates:
 
     def __init__(self, before: CoulombFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
         self.before, self.fit = before, fit
-        self._tolerance = tolerance
+        self.factor, self.unit = friction_scale(before.model)
+        self.tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
         self.slight_force = slight_force(fit)
         self.cells = cells_of(fit)
-        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
-        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
-        self.sets = tuple(names for names, _ in ranked)
-        self.probabilities = np.array([p for _, p in ranked])
-        self.probabilities /= self.probabilities.sum()
+        self.sets, self.probabilities = ranked({frozenset[str](): 0.0} | self.cells.probabilities)
         self.trail = tuple(_trail(fit))
 
     @property
@@ -134,17 +134,15 @@ class Candidates:
 
         ``share`` is the sampled share of the candidate's probability; the tree has the samples, if any.
         """
-        factor, unit = friction_scale(self.before.model)
         mine = self._cells_of_best[:, self.fit.problem.number] & (self._weight > 0.0)
-        return check_law(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
+        return check_law(self.fit, mine, self.factor, self.unit, seed, forced=self._fluctuates)
 
     @cached_property
     def _witnesses(self) -> Witnesses | None:
         """In the best law of one record, friction in the unit of the report; None without a random force."""
         if not (self.fit.one and self._fluctuates):
             return None
-        factor, unit = friction_scale(self.before.model)
-        return two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
+        return two_witnesses(self.best[0], self.factor * self.fit.law.unit_force, self.unit)
 
     def witnesses(self) -> dict[str, Any] | None:
         """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
@@ -157,16 +155,14 @@ class Candidates:
         """Friction of each of several records and its spread between them."""
         if self.fit.one:
             return None
-        model = self.before.model
-        _, unit = friction_scale(model)
         rng_scale, rng_alone = self._rng_reading.spawn(2)
         return friction_between_records(
             self.laws,
             self.fit.alone,
             shift=self._friction - self.laws.friction,
             probability=self._differs,
-            scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
-            unit=unit,
+            scale=scale_draws(self.before.model, self.laws.frequency, DRAWS, rng_scale),
+            unit=self.unit,
             rng=rng_alone,
         )
 
@@ -188,8 +184,8 @@ class Candidates:
         return bool(self._contradictions) or (not known and self._differs >= settings.SETTINGS.credible_mass)
 
     @cached_property
-    def candidate(self) -> Integers:
-        """Index of the set of each draw, shape (k,)."""
+    def _candidate(self) -> Integers:
+        """Index of the set of each draw, shape (k,); -1 without one."""
         drawn = self.laws.first
         upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
@@ -198,7 +194,7 @@ class Candidates:
     @cached_property
     def _of_best(self) -> Mask:
         """Draws of the most probable candidate."""
-        return np.asarray(self.candidate == 0)
+        return np.asarray(self._candidate == 0)
 
     @cached_property
     def _left(self) -> tuple[LeftOver, ...]:
@@ -222,16 +218,19 @@ class Candidates:
     @property
     def explains(self) -> bool:
         return not any(
-            left.matters(self._tolerance, fit.comparable_friction(self.laws.friction))
+            left.matters(self.tolerance, fit.comparable_friction(self.laws.friction))
             for fit, left in zip(self.best, self._left, strict=True)
         )
 
     @cached_property
-    def draws(self) -> CandidateDraws:
-        laws, candidate = self.laws, self.candidate
-        return CandidateDraws(
+    def mixture(self) -> CandidateMixture:
+        """The posterior over all of them."""
+        laws, candidate = self.laws, self._candidate
+        return CandidateMixture(
+            sets=self.sets,
+            probabilities=self.probabilities,
             candidate=candidate,
-            friction=_moved(self._friction, self.left()["friction_could_shift_by"], self._rng_draws),
+            friction=_moved(self._friction, self.shift, self._rng_draws),
             frequency=laws.frequency,
             random_force=laws.first.random_force,
             correlation_time=laws.first.correlation_time,
@@ -246,7 +245,7 @@ class Candidates:
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         fit = self.best[0]
-        units = parameter_units(name, fit.segment, fit.system)
+        units = parameter_units(name, fit.segment, fit.record.system)
         if name in (SENSOR_CLIPPING.name, OUTLIERS.name):
             numbered = len(self.best) > 1
             return {
@@ -269,7 +268,7 @@ class Candidates:
 
     def variables(self) -> dict[str, Array]:
         fit, best = self.best[0], self._of_best
-        declared = math.log(fit.w0 / fit.system.natural_frequency)
+        declared = math.log(fit.w0 / fit.record.system.natural_frequency)
         found = {
             "friction": self.laws.friction[best],
             LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
@@ -286,25 +285,30 @@ class Candidates:
                 found[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
         return found
 
-    def left(self) -> dict[str, Any]:
-        """The largest force that follows the motion, if any, of the record whose friction it shifts most.
+    @cached_property
+    def shift(self) -> float:
+        """How far friction could shift for what is left [N or N m].
 
         Where the two witnesses of one record disagree, friction may be that of the loss: the shape within a
         cycle is biased by errors of the sensor that follow the direction, and by a law that is not quite the
         contact's.
         """
+        shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self._witnesses
+        if found is None or found.agree:
+            return shift
+        return max(shift, abs(found.loss.mean / self.factor - float(self._friction[self._of_best].mean())))
+
+    def left(self) -> dict[str, Any]:
+        """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
-        shift, found = _friction_shift(fit, left), self._witnesses
-        if found is not None and not found.agree:
-            factor, _ = friction_scale(self.before.model)
-            shift = max(shift, abs(found.loss.mean / factor - float(self._friction[self._of_best].mean())))
         return {
             "record": fit.segment.decay.name,
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
-            "friction_could_shift_by": shift,
+            "friction_could_shift_by": self.factor * self.shift,
             **left.to_left(),
+            "unit": fit.segment.decay.unit,
         }
 
     def noise(self) -> dict[str, Any]:
@@ -314,10 +318,10 @@ class Candidates:
         """
         fit = self.best[0]
         white = fit.posterior.noise_sd * fit.unit
-        of_a_sample = math.sqrt(fit.segment.block - 1.0 + fit.error.share**2)
+        of_a_sample = math.sqrt(fit.segment.block - 1.0 + fit.record.error.share**2)
         behind = None if fit.law.filter is None else fit.law.filter.to_dict()
         found = {"sd": white * of_a_sample, "step": fit.segment.resolution, "filter": behind}
-        return fit.error.described(fit.segment.decay.step) | found
+        return fit.record.error.described(fit.segment.decay.step) | found
 
     def forecasts(self) -> tuple[Forecast, ...]:
         """Those of each record by the effects of the candidates that hold 95 %; none where one fails."""
@@ -343,10 +347,9 @@ class Candidates:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        factor, unit = friction_scale(self.before.model)
         found: list[str] = []
         for fit, left in zip(self.best, self._left, strict=True):
-            found += knock_notes(fit, factor * fit.law.unit_force, unit)
+            found += knock_notes(fit, self.factor * fit.law.unit_force, self.unit)
             if left.jumps is not None and self._fluctuates:
                 found.append(
                     f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "
@@ -357,9 +360,10 @@ class Candidates:
     @property
     def fitted(self) -> tuple[int, int, int]:
         fit = self.best[0]
-        aside = np.count_nonzero(np.isinf(fit.clock.variance))
-        return fit.samples, fit.path.turning.size, int(aside)
+        aside = np.count_nonzero(~fit.clock.used)
+        return fit.record.samples, fit.path.turning.size, int(aside)
 
+    @cached_property
     def traces(self) -> tuple[RecordTrace, ...]:
         return tuple(
             motion_trace(fit, self.before, r, draws, fluctuates=self._fluctuates)
@@ -383,7 +387,7 @@ class Candidates:
         )
 
     def contender(self, names: frozenset[str]) -> Contender | None:
-        return drawn_contender(self.laws, self.candidate == self.sets.index(names))
+        return drawn_contender(self.laws, self._candidate == self.sets.index(names))
 
 
 def candidates_of(
@@ -411,8 +415,7 @@ def candidates_of(
     InputError
         If a record has too few turning points, or no Coulomb decay can be fitted.
     """
-    varying, noise = options.varying_friction, options.noise
-    fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
+    fit = fit_law(segments, system, options, progress)
     return Candidates(fit_coulomb(system, segments), fit, options.tolerance, rng)
 
 
@@ -447,7 +450,7 @@ def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> di
         return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
     if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
         return {}
-    return outlier_parameters(fit.samples, fit.sensor_noise.outliers, units)
+    return outlier_parameters(fit.record.samples, fit.sensor_noise.outliers, units)
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:

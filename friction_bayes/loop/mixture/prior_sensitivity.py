@@ -12,12 +12,11 @@ expected, the weight of a draw is the ratio of the prior probabilities of its se
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from scipy import special
 
-from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
+from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.mechanics.effects.inclusion import EXPECTED, log_probability
 
 __all__ = ["prior_sensitivity"]
@@ -30,9 +29,7 @@ _LARGEST_ERROR = 0.1
 """Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
 
 
-def prior_sensitivity(
-    draws: CandidateDraws, sets: Sequence[frozenset[str]], evaluated: int
-) -> dict[str, float | None]:
+def prior_sensitivity(mixture: CandidateMixture, evaluated: int) -> dict[str, float | None]:
     """Shift of friction's mean in its own standard deviations.
 
     By the factor on the scale of the priors, and with half and twice the number of effects expected.
@@ -43,27 +40,25 @@ def prior_sensitivity(
 
     Parameters
     ----------
-    draws : CandidateDraws
-    sets : sequence of frozenset of str
-        In which ``draws.candidate`` counts.
+    mixture : CandidateMixture
     evaluated : int
-        Number of effects that the sets are of.
+        Number of effects that its sets are of.
     """
     # effects that are certain are in all sets, and make one factor; a draw without a set counts as of none
-    effects = np.append([len(names) for names in sets], 0)[draws.candidate]
+    effects = np.append([len(names) for names in mixture.sets], 0)[mixture.candidate]
     ratios = {
-        f"{factor:g}": -draws.coefficients * math.log(factor) - 0.5 * draws.squares * (factor**-2 - 1.0)
+        f"{factor:g}": -mixture.coefficients * math.log(factor) - 0.5 * mixture.squares * (factor**-2 - 1.0)
         for factor in _FACTORS
     } | {
         name: log_probability(effects, evaluated, expected) - log_probability(effects, evaluated)
         for name, expected in _EXPECTED.items()
     }
-    sd = float(draws.friction.std(ddof=1))
+    sd = float(mixture.friction.std(ddof=1))
     found: dict[str, float | None] = {}
     for name, log_ratio in ratios.items():
         weight = special.softmax(log_ratio)
-        mean = float(weight @ draws.friction)
-        error = float(np.linalg.norm(weight * (draws.friction - mean)))
+        mean = float(weight @ mixture.friction)
+        error = float(np.linalg.norm(weight * (mixture.friction - mean)))
         enough = 1.0 / float(weight @ weight) > _LEAST_DRAWS and error < _LARGEST_ERROR * sd
-        found[name] = (mean - float(draws.friction.mean())) / sd if enough else None
+        found[name] = (mean - float(mixture.friction.mean())) / sd if enough else None
     return found

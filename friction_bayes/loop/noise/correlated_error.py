@@ -121,7 +121,7 @@ def find_sensor_error(
         one; one of size zero where it is less probable than none.
     """
     best, law = posterior.best, posterior.best_law()
-    left = regression.innovations(law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
+    left = regression.innovations(law, best.ratio, best.tau)[regression.clock.used]
     looks_like_one = best.ratio > 0.0 and best.tau < settings.SETTINGS.longest_error
     if whiteness(left).white and not looks_like_one:
         return None

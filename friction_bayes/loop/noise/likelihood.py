@@ -1,8 +1,4 @@
-"""Likelihood of residuals: white noise, normal or with outliers, censored where flat.
-
-Every likelihood here has one form: a deviance ``-2 log L`` at the best noise scale, and for each sample a
-weight and a pseudo-residual, such that ``J' w J`` and ``J' w e`` are its curvature and half its gradient.
-"""
+"""Likelihood of residuals: white noise, normal or with outliers, censored where flat."""
 
 from __future__ import annotations
 
@@ -10,14 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr
+from scipy.special import log_ndtr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-__all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densities"]
-
+__all__ = ["LEAST_NOISE", "NoiseFit", "fit_noise", "log_densities"]
 
 LEAST_NOISE = 1e-6
 """Least noise over signal amplitude of every record: ten times the integrator's error."""
@@ -25,32 +20,16 @@ _ROUNDS = 60
 _SETTLED = 1e-4
 
 
-@dataclass(frozen=True)
-class NoiseModel:
-    """The noise that is assumed of one record.
-
-    Attributes
-    ----------
-    outliers : bool
-        Whether a fraction of the samples has a larger scale.
-    censored : bool
-        Whether flat samples are only known to lie beyond the level.
-    """
-
-    outliers: bool = False
-    censored: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class NoiseFit:
-    """Deviance of residuals at their best noise scale.
+    """The best noise scale of residuals.
 
     Attributes
     ----------
-    deviance : float
-        ``-2 log L``.
-    weight, residual : ndarray, shape (n,)
-        Weights and pseudo-residuals.
+    counted : ndarray of bool, shape (n,)
+        Which samples count.
+    core : ndarray, shape (n,)
+        Probability that a sample is no outlier; one where it is held at an end of the range.
     sd : float
         Standard deviation of the core.
     log_volume : float
@@ -60,87 +39,67 @@ class NoiseFit:
         Of the outliers; zero without.
     """
 
-    deviance: float
-    weight: Array
-    residual: Array
+    counted: Mask
+    core: Array
     sd: float
     log_volume: float
     fraction: float = 0.0
     scale: float = 0.0
 
+    @property
+    def outliers(self) -> Mask:
+        """Samples that are more probably outliers than not, shape (n,)."""
+        return np.asarray(self.core < 0.5)
+
 
 def fit_noise(
-    residual: Array, sides: Array, noise_model: NoiseModel, scales: Scales, ignored: Mask | None = None
+    residual: Array, sides: Array, scales: Scales, *, outliers: bool, ignored: Mask | None = None
 ) -> NoiseFit:
-    """The best noise scale of residuals, and the weight of each sample under it.
+    """The best noise scale of residuals.
 
     Parameters
     ----------
     residual : ndarray, shape (n,)
         Measured minus predicted.
     sides : ndarray, shape (n,)
-        1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
-    noise_model : NoiseModel
+        1 and -1 where the sample is only known to lie beyond the upper and lower end of the sensor's range,
+        else 0.
     scales : Scales
         Of the priors of the outliers.
+    outliers : bool
+        Whether a fraction of the samples has a larger scale.
     ignored : ndarray of bool, shape (n,), optional
         Samples that do not count.
     """
-    flat = (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
-    unknown = flat if ignored is None else flat | ignored
-    usable = ~unknown
-    x = residual[usable]
-    weight = np.zeros(residual.size)
-    if noise_model.outliers:
-        deviance, sd, fraction, scale, core, volume = _contaminated(x, scales)
-        weight[usable] = core / sd**2 + (1.0 - core) / scale**2
+    flat = sides != 0.0
+    usable = ~flat if ignored is None else ~(flat | ignored)
+    x, core = residual[usable], np.ones(residual.size)
+    if outliers:
+        sd, fraction, scale, core[usable], volume = _contaminated(x, scales)
     else:
-        square = float(x @ x)
-        sd = max(math.sqrt(square / max(x.size, 1)), LEAST_NOISE * scales.signal)
+        sd = max(math.sqrt(float(x @ x) / max(x.size, 1)), LEAST_NOISE * scales.signal)
         fraction = scale = volume = 0.0
-        deviance = x.size * math.log(2.0 * math.pi * sd * sd) + square / sd**2
-        weight[usable] = 1.0 / sd**2
-    if flat.any():
-        # at the upper end (side 1) the signal lies above the level: the larger the prediction the likelier
-        side = sides[flat]
-        log_p, hazard, curve = _beyond(-side * residual[flat], sd, fraction, scale)
-        deviance -= 2.0 * float(log_p.sum())
-        weight[flat] = curve
-        residual = residual.copy()
-        residual[flat] = side * hazard / curve
-    return NoiseFit(deviance, weight, residual, sd, volume, fraction, scale)
+    return NoiseFit(usable | flat, core, sd, volume, fraction, scale)
 
 
-def log_densities(residual: Array, sides: Array, noise_model: NoiseModel, noise: NoiseFit) -> Array:
+def log_densities(residual: Array, sides: Array, noise: NoiseFit) -> Array:
     """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it does not count."""
-    counted = noise.weight > 0.0
-    flat = counted & (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
+    flat = sides != 0.0
     out = -0.5 * (residual / noise.sd) ** 2 - math.log(noise.sd) - 0.5 * math.log(2.0 * math.pi)
     if noise.fraction > 0.0:
         wide = -0.5 * (residual / noise.scale) ** 2 - math.log(noise.scale) - 0.5 * math.log(2.0 * math.pi)
         out = np.logaddexp(math.log1p(-noise.fraction) + out, math.log(noise.fraction) + wide)
     if flat.any():
-        out[flat] = _beyond(-sides[flat] * residual[flat], noise.sd, noise.fraction, noise.scale)[0]
-    return np.where(counted, out, 0.0)
+        # at the upper end (side 1) the signal lies above the level: the larger the prediction the likelier
+        distance = -sides[flat] * residual[flat]
+        out[flat] = log_ndtr(distance / noise.sd)
+        if noise.fraction > 0.0:
+            far = math.log(noise.fraction) + log_ndtr(distance / noise.scale)
+            out[flat] = np.logaddexp(math.log1p(-noise.fraction) + out[flat], far)
+    return np.where(noise.counted, out, 0.0)
 
 
-def _beyond(distance: Array, sd: float, fraction: float, scale: float) -> tuple[Array, Array, Array]:
-    """Log-probability that a signal predicted ``distance`` beyond the level is held, slope, curvature."""
-    z = distance / sd
-    log_p = log_ndtr(z)
-    log_density = -0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - math.log(sd)
-    if fraction > 0.0:
-        wide = distance / scale
-        log_p = np.logaddexp(math.log1p(-fraction) + log_p, math.log(fraction) + log_ndtr(wide))
-        far = -0.5 * wide * wide - 0.5 * math.log(2.0 * math.pi) - math.log(scale)
-        log_density = np.logaddexp(math.log1p(-fraction) + log_density, math.log(fraction) + far)
-    hazard = np.exp(log_density - log_p)
-    # of one normal the curvature is hazard (hazard + z / sd); of two it may turn negative and is left out
-    curve = hazard * (hazard + z / sd) if fraction == 0.0 else hazard * hazard
-    return log_p, hazard, np.maximum(curve, 1e-12 / sd**2)
-
-
-def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float, Array, float]:
+def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, Array, float]:
     """Expectation-maximisation of a contaminated normal, the catalogue's priors on fraction and scale."""
     fraction_prior, scale_prior = EFFECTS["outliers"].priors(scales)
     square = x * x
@@ -169,12 +128,4 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
     volume = math.log(2.0 * math.pi) + 0.5 * math.log(fraction * (1.0 - fraction) / x.size)
     volume += 0.5 * math.log(1.0 / (2.0 * count)) + math.log(scale)
     volume += float(fraction_prior.log_density(fraction) + scale_prior.log_density(scale))
-    return deviance, sd, fraction, scale, core, volume
-
-
-def has_heavy_tails(x: Array) -> bool:
-    """Whether more residuals are far out than under a normal distribution."""
-    core = 1.4826 * float(np.median(np.abs(x)))
-    expected = 2.0 * float(ndtr(-settings.SETTINGS.far)) * x.size
-    far = np.count_nonzero(np.abs(x) > settings.SETTINGS.far * core)
-    return bool(far > expected + 3.0 * math.sqrt(expected) + 1.0)
+    return sd, fraction, scale, core, volume

@@ -16,9 +16,11 @@ independent: the motion is known between them to a fraction of the noise.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtr
 from scipy.stats import chi2
 
 from friction_bayes.core.arrays import Array, Mask
@@ -26,17 +28,13 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import (
     NoiseFit,
-    NoiseModel,
     fit_noise,
-    has_heavy_tails,
     log_densities,
 )
 from friction_bayes.mechanics.effects import Scales
-from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import SmoothedMotion
 
-__all__ = ["LeftOut", "come_anywhere", "outlying"]
+__all__ = ["LeftOut", "come_anywhere"]
 
 _PARTS = 5
 """Equal parts of the samples in which outliers are counted: few, as outliers are."""
@@ -63,20 +61,6 @@ class LeftOut:
     error: Array
     variance: Array
 
-    @classmethod
-    def under(
-        cls,
-        segment: Segment,
-        scales: Scales,
-        regression: LawRegression,
-        w0: float,
-        law: Array,
-        force: GridPoint,
-    ) -> LeftOut:
-        """Of a record under a law and a random force, in natural units of ``w0`` [rad/s]."""
-        error, variance = regression.left_out(law, force.ratio, force.tau)
-        return cls(segment=segment, scales=scales, error=w0**segment.order * error, variance=variance)
-
     @property
     def sides(self) -> Array:
         """Ends of the range at which samples are held, shape (n,), see :class:`Segment`."""
@@ -87,18 +71,18 @@ class LeftOut:
         """The errors, each as large as noise alone would make it, shape (n,)."""
         return np.asarray(self.error / np.sqrt(self.variance))
 
-    def noise_model(self, *, outliers: bool) -> NoiseModel:
-        """The noise that is assumed."""
-        return NoiseModel(outliers=outliers, censored=bool(self.sides.any()))
-
     def noise(self, *, outliers: bool) -> NoiseFit:
-        """Scale of the noise, and the weight of each sample under it."""
-        model, ignored = self.noise_model(outliers=outliers), self.segment.ignored[: self.error.size]
-        return fit_noise(self.standardised, self.sides, model, self.scales, ignored)
+        """Scale of the noise, and which samples are outliers under it."""
+        ignored = self.segment.ignored[: self.error.size]
+        return fit_noise(self.standardised, self.sides, self.scales, outliers=outliers, ignored=ignored)
 
     def heavy_tails(self, among: Mask) -> bool:
-        """Whether the errors of some samples have outliers."""
-        return has_heavy_tails(self.standardised[among])
+        """Whether more errors of some samples are far out than under a normal distribution."""
+        size = np.abs(self.standardised[among])
+        core = 1.4826 * float(np.median(size))
+        expected = 2.0 * float(ndtr(-settings.SETTINGS.far)) * size.size
+        far = np.count_nonzero(size > settings.SETTINGS.far * core)
+        return bool(far > expected + 3.0 * math.sqrt(expected) + 1.0)
 
     def near_ceiling(self, noise: NoiseFit) -> Mask:
         """Samples that are held at an end of the range or that noise may have taken there, shape (n,)."""
@@ -113,22 +97,13 @@ class LeftOut:
 
     def log_factor(self, used: Mask, *, outliers: bool) -> float:
         """Logarithm of the factor above; the prior of the outliers' fraction and scale included."""
-        error, sides, model = self.standardised, self.sides, self.noise_model(outliers=outliers)
-        noise = self.noise(outliers=outliers)
-        density = log_densities(error, sides, model, noise)
-        normal = log_densities(error, sides, NoiseModel(), replace(noise, fraction=0.0))
+        error, sides, noise = self.standardised, self.sides, self.noise(outliers=outliers)
+        density = log_densities(error, sides, noise)
+        normal = log_densities(error, np.zeros_like(sides), replace(noise, fraction=0.0))
         # the density of an error, where that of the standardised one is known
         stretched = ~used & self.segment.free[: error.size]
         density[stretched] -= 0.5 * np.log(self.variance[stretched])
         return float(density.sum() - normal[used].sum()) + noise.log_volume
-
-
-def outlying(noise: NoiseFit) -> Mask:
-    """Samples that are more probably outliers than not, shape (n,)."""
-    if noise.fraction == 0.0:
-        return np.zeros(noise.weight.size, dtype=bool)
-    # the weight is the mean of both precisions, weighted by the probabilities
-    return np.asarray(noise.weight < 0.5 * (1.0 / noise.sd**2 + 1.0 / noise.scale**2))
 
 
 def come_anywhere(outliers: Mask, among: Mask, motion: SmoothedMotion) -> bool:

@@ -37,8 +37,8 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     if np.count_nonzero(mine) < 2:
         return None
     names = fit.sets.effects[shape]
-    model = LoopModel(fit.system, (fit.segment,)).with_effects(names)
-    declared = fit.w0 / fit.system.natural_frequency
+    model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
+    declared = fit.w0 / fit.record.system.natural_frequency
     change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
     values = {
         ("", FRICTION): laws.friction[mine],

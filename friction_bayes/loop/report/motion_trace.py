@@ -31,7 +31,7 @@ def motion_trace(
     fluctuates : bool
         Whether that candidate has a random force.
     """
-    segment, decay, n = fit.segment, fit.segment.decay, fit.samples
+    segment, decay, n = fit.segment, fit.segment.decay, fit.record.samples
     coulomb = before.predictions[r]
     # of the law that was found: the path along which it was evaluated is of the law and force before
     path = MeasuredPath.through(fit.clock.phase, *fit.motion.states[:, :2].T.copy())

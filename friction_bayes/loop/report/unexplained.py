@@ -1,10 +1,18 @@
-"""What to measure next where no candidate explains a record: the test that splits machine from sensor."""
+"""Where no candidate explains a record: how far friction is known, and what to measure next.
+
+A posterior over candidates none of which is true gives how well the record separates them, not how far each
+is from the truth.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from typing import Any
 
-__all__ = ["experiment_on_unexplained"]
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import Summary
+
+__all__ = ["experiment_on_unexplained", "friction_range"]
 
 _BY_VARIABLE = {
     "velocity": "Release it from half and from twice the amplitude, and close the loop on all records "
@@ -63,3 +71,23 @@ def experiment_on_unexplained(
         "Repeat the release twice from the same amplitude, and close the loop on all records together: what "
         "comes again is an effect to look for in the figures of the residual, what does not is a disturbance."
     )
+
+
+def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:
+    """Return the report's ``friction_range``: lowest and highest mean of a reading, and each reading.
+
+    Parameters
+    ----------
+    readings : mapping of str to ndarray, shape (k,)
+        Draws of friction [N or N m] by each reading of the record, in words.
+    factor : float
+        From a model's friction to the reported one.
+    unit : str
+        Of the latter.
+    """
+    each = [
+        {"what": what} | Summary.of_draws(factor * friction, unit).to_dict()
+        for what, friction in readings.items()
+    ]
+    means = [reading["mean"] for reading in each]
+    return {"low": min(means), "high": max(means), "unit": unit, "readings": each}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,9 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 __all__ = [
     "AMBIGUOUS",
     "UNEXPLAINED",
-    "Consequences",
     "credible_candidates",
     "credible_count",
+    "reasons_against",
     "verdict",
 ]
 
@@ -38,11 +37,20 @@ def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Map
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Consequences:
-    """Figures of friction and forecast that decide the verdict, whatever the effects found.
+def reasons_against(
+    *,
+    is_noise: bool,
+    shift: float,
+    loss: float,
+    held_out: Mapping[str, Any],
+    least_noise: float,
+    friction: tuple[float, float],
+    witnesses: Mapping[str, Any] | None,
+    contradicted: bool,
+) -> tuple[str, ...]:
+    """Names of the reasons against the number, whatever the effects found; what is not known is none.
 
-    Attributes
+    Parameters
     ----------
     is_noise : bool
         Whether the residual of the most probable candidate is noise at the motion's frequency, or too small
@@ -61,36 +69,23 @@ class Consequences:
     contradicted : bool
         Whether the records contradict each other.
     """
+    as_bad, before = 1.0 + settings.SETTINGS.worse_forecast, max(held_out["before"], least_noise)
+    reasons = {
+        "left_over": not is_noise,
+        "shift": shift > settings.SETTINGS.most_shift * loss > 0.0,
+        "band": held_out["inside90"] < settings.SETTINGS.least_inside,
+        FORECAST: held_out["after"] > as_bad * before > 0.0,
+        "witnesses": witnesses is not None and not _spans(friction, witnesses),
+        "records": contradicted,
+    }
+    return tuple(name for name, found in reasons.items() if found)
 
-    is_noise: bool
-    shift: float
-    loss: float
-    held_out: Mapping[str, Any]
-    least_noise: float
-    friction: tuple[float, float]
-    witnesses: Mapping[str, Any] | None
-    contradicted: bool
 
-    def against(self) -> tuple[str, ...]:
-        """Names of the reasons against the number; a figure that is not known is no reason."""
-        held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
-        before = max(held_out["before"], self.least_noise)
-        reasons = {
-            "left_over": not self.is_noise,
-            "shift": self.shift > settings.SETTINGS.most_shift * self.loss > 0.0,
-            "band": held_out["inside90"] < settings.SETTINGS.least_inside,
-            FORECAST: held_out["after"] > as_bad * before > 0.0,
-            "witnesses": not self._spans_witnesses,
-            "records": self.contradicted,
-        }
-        return tuple(name for name, found in reasons.items() if found)
-
-    @property
-    def _spans_witnesses(self) -> bool:
-        """Whether two witnesses agree, or the interval of friction reaches into those of both."""
-        if self.witnesses is None or self.witnesses["agree"]:
-            return True
-        return all(_overlap(self.friction, self.witnesses[name]["interval90"]) for name in ("loss", "shape"))
+def _spans(friction: tuple[float, float], witnesses: Mapping[str, Any]) -> bool:
+    """Whether two witnesses agree, or the interval of friction reaches into those of both."""
+    return witnesses["agree"] or all(
+        _overlap(friction, witnesses[name]["interval90"]) for name in ("loss", "shape")
+    )
 
 
 def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
@@ -116,7 +111,7 @@ def verdict(
     agrees : ndarray of bool, shape (candidates,)
         Which of them agree with the friction averaged over all.
     against : sequence of str
-        From :meth:`Consequences.against`.
+        From :func:`reasons_against`.
     rubs : float
         Probability that dry friction matters.
     """

@@ -42,9 +42,9 @@ def drawn_noise(clock: Clock, rng: np.random.Generator) -> Array:
     n = clock.phase.size
     if clock.autoregression is not None:
         return clock.autoregression.drawn(n, rng) + np.sqrt(
-            np.where(np.isfinite(clock.variance), clock.variance - 1.0, 0.0)
+            np.where(clock.used, clock.variance - 1.0, 0.0)
         ) * rng.standard_normal(n)
-    noise = np.sqrt(np.where(np.isfinite(clock.variance), clock.variance, 1.0)) * rng.standard_normal(n)
+    noise = np.sqrt(np.where(clock.used, clock.variance, 1.0)) * rng.standard_normal(n)
     if clock.error.ratio == 0.0:
         return np.asarray(noise)
     steps = clock.error_steps

@@ -25,7 +25,7 @@ from experiments.blind.prior_drawn import (
 )
 from experiments.loop_calibration import place_of_truth, rank_test, reliability, rows
 from experiments.loop_priors import NAMES, RANDOM_FORCE, SLIGHT, Setting, draw, draw_effects, offered
-from friction_bayes.loop.infer.moving_record import force_prior
+from friction_bayes.loop.infer.law_along_motion import force_prior
 from friction_bayes.loop.settings import SETTINGS
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import inclusion

@@ -14,10 +14,9 @@ from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.checks import forecast
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
-from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
 from friction_bayes.loop.mixture.cells import Cells
-from friction_bayes.loop.mixture.mixture import CandidateMixture, mixture_of
+from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.loop.report.contender import drawn_contender
 from loop_options import loop_options
 
@@ -30,6 +29,7 @@ LEFT = {
     "depends_on",
     "shape",
     "share",
+    "unit",
 }
 
 
@@ -84,8 +84,9 @@ def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidate
     assert frozenset() in candidates.sets
     assert np.all(np.diff(shares) <= 0.0)
     assert shares.sum() == pytest.approx(1.0)
-    drawn = candidates.draws
-    assert all(values.shape == (DRAWS,) for values in vars(drawn).values())
+    drawn = candidates.mixture
+    own = vars(drawn).keys() - {"sets", "probabilities"}
+    assert all(getattr(drawn, name).shape == (DRAWS,) for name in own)
     assert drawn.candidate.min() >= 0
     for i, p in enumerate(shares):
         # five standard errors, and what cells below 1e-4 hold together
@@ -99,7 +100,7 @@ def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidate
 
 def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> None:
     variables = candidates.variables()
-    count = np.count_nonzero(candidates.draws.candidate == 0)
+    count = np.count_nonzero(candidates.mixture.candidate == 0)
     assert {"friction", "log_frequency_ratio"} <= set(variables)
     assert all(values.shape == (count,) for values in variables.values())
     for name in candidates.sets[0]:
@@ -112,7 +113,7 @@ def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> No
 
 
 def test_each_record_is_traced_and_forecast(candidates: Candidates) -> None:
-    traces, forecasts = candidates.traces(), candidates.forecasts()
+    traces, forecasts = candidates.traces, candidates.forecasts()
     assert len(traces) == len(forecasts) == records(candidates)
     samples, turns, _ = candidates.fitted
     assert traces[0].signal.size == samples
@@ -171,22 +172,15 @@ def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> N
 
 def test_contenders_predict_as_their_draws_say(candidates: Candidates) -> None:
     for i, names in enumerate(candidates.sets[:2]):
-        found, mine = candidates.contender(names), candidates.draws.candidate == i
+        found, mine = candidates.contender(names), candidates.mixture.candidate == i
         if np.count_nonzero(mine) < 100:
             assert i > 0
             continue
         assert found is not None
-        mean, sd = candidates.draws.friction[mine].mean(), candidates.draws.friction[mine].std()
+        mean, sd = candidates.mixture.friction[mine].mean(), candidates.mixture.friction[mine].std()
         assert abs(found.friction - mean) < 3.0 * sd
         assert set(found.model.effects) <= names
         assert (found.random_force > 0.0) == ("random_force" in names)
-
-
-def test_they_mix(candidates: Candidates) -> None:
-    mixture = mixture_of(candidates, np.random.default_rng(4))
-    assert frozenset() in mixture.sets
-    assert mixture.probabilities.sum() == pytest.approx(1.0)
-    assert mixture.of.sets[0] == mixture.sets[0]
 
 
 @pytest.mark.parametrize(
@@ -209,16 +203,13 @@ def test_candidates_agree_on_friction_each_by_itself(
     mixture = CandidateMixture(
         sets=tuple(frozenset({f"effect_{c}"}) for c in range(len(means))),
         probabilities=np.full(len(means), 1.0 / len(means)),
-        of=None,  # type: ignore[arg-type]
-        draws=CandidateDraws(
-            candidate=candidate,
-            friction=friction,
-            frequency=none,
-            random_force=none,
-            correlation_time=none,
-            coefficients=candidate,
-            squares=none,
-        ),
+        candidate=candidate,
+        friction=friction,
+        frequency=none,
+        random_force=none,
+        correlation_time=none,
+        coefficients=candidate,
+        squares=none,
     )
     assert mixture.same_friction(len(means)) == agree
 
@@ -246,8 +237,8 @@ def test_a_force_of_several_frictions_is_a_candidate() -> None:
     candidates = together(share=4.0)
     forced = ["random_force" in names for names in candidates.sets]
     assert candidates.probabilities[forced].sum() > 0.99
-    assert np.median(candidates.draws.random_force) > 2.0 * 0.07
-    friction = candidates.draws.friction
+    assert np.median(candidates.mixture.random_force) > 2.0 * 0.07
+    friction = candidates.mixture.friction
     assert abs(friction.mean() - 0.07) < 3.0 * friction.std()
     assert friction.std() > 0.01
 

@@ -56,8 +56,8 @@ def test_the_first_part_has_the_noise_that_was_asked_for() -> None:
     assert whole is not None
     first = fit_first_part(whole, ["viscous_damping"], int(0.7 * segment.moving))
     assert first is not None
-    assert not isinstance(first.error, Colour)
-    assert first.noise == "white"
+    assert not isinstance(first.record.error, Colour)
+    assert first.record.noise == "white"
 
 
 def test_white_noise_is_not_taken_for_coloured() -> None:

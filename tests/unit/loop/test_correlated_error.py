@@ -16,7 +16,7 @@ EFFECTS = ("random_force", "viscous_damping", "sensor_offset")
 
 def test_it_is_found_beside_a_force_that_keeps_its_size(rng: np.random.Generator) -> None:
     fit = fitted(correlated_record(rng, ERROR), EFFECTS)
-    assert fit.error.correlation_time == pytest.approx(ERROR_TIME, rel=0.4)
+    assert fit.record.error.correlation_time == pytest.approx(ERROR_TIME, rel=0.4)
     assert fit.noise_sd == pytest.approx(math.hypot(WHITE, ERROR), rel=0.15)
     assert fit.posterior.probability > 0.99
     best = fit.posterior.best
@@ -26,7 +26,7 @@ def test_it_is_found_beside_a_force_that_keeps_its_size(rng: np.random.Generator
 def test_none_is_invented(rng: np.random.Generator) -> None:
     # a sensor whose noise is white, under a force as quick as such an error and under none
     for force in (0.0, 0.2):
-        assert fitted(correlated_record(rng, 0.0, force), EFFECTS).error == NO_ERROR
+        assert fitted(correlated_record(rng, 0.0, force), EFFECTS).record.error == NO_ERROR
 
 
 def test_the_report_calls_the_noise_autoregressive(rng: np.random.Generator) -> None:

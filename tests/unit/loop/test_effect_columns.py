@@ -9,9 +9,10 @@ import friction_bayes as fb
 from decays import SYSTEM
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_columns
-from friction_bayes.loop.columns.law_columns import Circumstances, law_columns
+from friction_bayes.loop.columns.law_columns import law_columns
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 from friction_bayes.statespace.measured_path import MeasuredPath
+from moving import moving_record
 
 
 @pytest.mark.parametrize("swing", [1.0, 2.72])
@@ -55,14 +56,14 @@ def test_columns_are_linear_about_the_faults_of_the_law_before(name: str) -> Non
     scales = Scales(
         system=wheel, quantity=QUANTITIES["angle"], amplitude=0.8, duration=4.0, sampling_rate=100.0
     )
-    given = Circumstances(system=wheel, scales=scales, effects=(name,), order=0, duration=4.0)
+    record = moving_record(scales, name)
     path = MeasuredPath.through(phase, 0.8 * np.cos(phase), -0.8 * np.sin(phase))
-    law = law_columns(path, given, w0=wheel.natural_frequency, friction=1e-3)
+    law = law_columns(path, record, w0=wheel.natural_frequency, friction=1e-3)
     sizes = np.zeros(law.scale.size)
     fault = law.alternatives(name)[0][0]
     sizes[fault] = size
     still = law.before(sizes, np.zeros(phase.size))
-    about = law_columns(path, given, w0=wheel.natural_frequency, friction=1e-3, about=still)
+    about = law_columns(path, record, w0=wheel.natural_frequency, friction=1e-3, about=still)
     distort = EFFECTS[name].distort
     others = (0.0,) * (len(EFFECTS[name].parameters) - 1)
     off = []

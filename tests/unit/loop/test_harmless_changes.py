@@ -86,9 +86,9 @@ def test_no_other_error_of_the_sensor_is_more_probable(seed: int, size: float) -
     record = correlated_record(np.random.default_rng(seed), size)
     names = ("random_force", "viscous_damping", "quadratic_drag", "cubic_stiffness", "sensor_offset")
     fit, factors = fitted(record, names), np.geomspace(0.4, 2.5, 7)
-    pairs = product(factors * fit.error.ratio, factors * fit.error.correlation_time)
+    pairs = product(factors * fit.record.error.ratio, factors * fit.record.error.correlation_time)
     others = [log_density(fit, SensorError(ratio, time)) for ratio, time in pairs if time < 0.06]
-    assert max(others) < log_density(fit, fit.error) + 0.5
+    assert max(others) < log_density(fit, fit.record.error) + 0.5
 
 
 def test_rounding_makes_no_spikes_of_the_steps_of_a_digitiser(rng: np.random.Generator) -> None:

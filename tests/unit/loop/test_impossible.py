@@ -10,14 +10,14 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.impossible import impossible, integrate_possible
-from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.candidates import candidates_of
-from friction_bayes.statespace.force_grid import Posterior, integrate_force
-from friction_bayes.statespace.problem import Problem
+from friction_bayes.statespace.force_grid import integrate_force
 from loop_options import loop_options
 
 RELEASE = 0.02
@@ -65,17 +65,14 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     allowed = ("encoder_eccentricity",)
     whole = MovingRecord.of(segment, wheel, allowed, scales_of((segment,), wheel))
     w0, motion = whole.first_motion()
-    found = whole.along(motion, w0, ())
+    found = LawAlongMotion.of(whole, motion, w0, ())
     assert found is not None
-
-    def integrated(problem: Problem) -> Posterior:
-        return integrate_force(problem, found.prior.without_force)
 
     def once_a_turn(law: Array) -> float:
         names = [column.parameter for column in found.law.columns]
         return sum(abs(size) for name, size in zip(names, law, strict=True) if name == "once_sine")
 
-    free = integrated(found.problem)
+    free = integrate_force(found.problem, found.prior.without_force)
     assert once_a_turn(free.best_law()) > 0.5
     beyond = impossible(found, free)
     assert beyond[free.best.chosen]
@@ -84,7 +81,7 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     only = np.zeros_like(free.weight, np.bool_)
     only[:, free.best.chosen] = True
     assert np.flatnonzero(impossible(found, free.among(only))).tolist() == [free.best.chosen]
-    bound = integrate_possible(found, integrated)
+    bound = integrate_possible(found, found.prior.without_force)
     assert not impossible(found, bound)[bound.best.chosen]
     assert once_a_turn(bound.best_law()) < 0.2
 

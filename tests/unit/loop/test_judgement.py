@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,8 @@ from arviz_stats.base import array_stats
 import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.loop import LoopReport
-from friction_bayes.loop.report.friction_range import friction_range
-from friction_bayes.loop.report.verdict import Consequences, credible_count, verdict
+from friction_bayes.loop.report.unexplained import friction_range
+from friction_bayes.loop.report.verdict import credible_count, reasons_against, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()
@@ -57,16 +56,16 @@ def test_verdict_follows_the_rule(sets: list[frozenset[str]], probabilities: lis
     assert verdict(sets, np.array(probabilities), agrees, ("forecast",), 0.99) == "ambiguous"
 
 
-SOUND = Consequences(
-    is_noise=True,
-    shift=0.1,
-    loss=1.0,
-    held_out={"before": 2.0, "after": 2.0, "inside90": 0.9, "noise_floor": 0.1},
-    least_noise=0.0,
-    friction=(0.9, 1.1),
-    witnesses=None,
-    contradicted=False,
-)
+SOUND: dict[str, Any] = {
+    "is_noise": True,
+    "shift": 0.1,
+    "loss": 1.0,
+    "held_out": {"before": 2.0, "after": 2.0, "inside90": 0.9, "noise_floor": 0.1},
+    "least_noise": 0.0,
+    "friction": (0.9, 1.1),
+    "witnesses": None,
+    "contradicted": False,
+}
 
 
 def heard(loss: float, shape: float, *, agree: bool) -> dict[str, Any]:
@@ -76,7 +75,7 @@ def heard(loss: float, shape: float, *, agree: bool) -> dict[str, Any]:
 
 
 def forecast(**figures: float) -> dict[str, Any]:
-    return {"held_out": dict(SOUND.held_out) | figures}
+    return {"held_out": SOUND["held_out"] | figures}
 
 
 @pytest.mark.parametrize(
@@ -102,7 +101,7 @@ def forecast(**figures: float) -> dict[str, Any]:
     ],
 )
 def test_what_forbids_to_use_the_number(found: dict[str, Any], against: tuple[str, ...]) -> None:
-    assert replace(SOUND, **found).against() == against
+    assert reasons_against(**SOUND | found) == against
 
 
 def test_credible_counts_what_holds_95_percent() -> None:

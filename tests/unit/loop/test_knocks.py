@@ -35,7 +35,7 @@ def test_a_normal_force_has_normal_jumps_and_one_that_is_kicked_has_not(rng: np.
         fit = fitted(sensed(motion + WHITE * rng.standard_normal(motion.size)), ["sensor_offset"])
         assert not knock_times(fit)
         kurtosis, independent, p = jump_tails(fit.regression, fit.coefficients, fit.posterior.best)
-        assert 20 < independent < fit.samples
+        assert 20 < independent < fit.record.samples
         # of as many independent normal numbers, by simulation
         drawn = stats.kurtosis(rng.standard_normal((4000, int(independent))), axis=1, fisher=False)
         assert p == pytest.approx(np.mean(drawn >= kurtosis), abs=0.03)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from friction_bayes.loop.columns.moving_record import why_not_evaluated
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.moving_record import why_not_evaluated
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, WHEEL, fitted, probability_of, rubbed_record
 
 OFFERED = ("viscous_damping", "quadratic_drag", "cubic_stiffness", "sensor_offset", "position_friction")

@@ -7,7 +7,7 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.mixture.mixture import CandidateDraws
+from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.mechanics.effects import EFFECTS
 
@@ -16,13 +16,15 @@ TWO = (frozenset[str](), frozenset({"viscous_damping"}))
 ALL = len(EFFECTS)
 
 
-def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> CandidateDraws:
+def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> CandidateMixture:
     """Friction equal to one coefficient with a standard normal prior and a normal likelihood."""
     rng = np.random.default_rng(7)
     variance = 1.0 / (1.0 + likelihood_sd**-2)
     value = rng.normal(variance * likelihood_mean / likelihood_sd**2, np.sqrt(variance), size)
     nothing = np.zeros(size)
-    return CandidateDraws(
+    return CandidateMixture(
+        sets=ONE,
+        probabilities=np.ones(1),
         candidate=np.zeros(size, dtype=int),
         friction=value,
         frequency=nothing + 1.0,
@@ -33,10 +35,12 @@ def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> 
     )
 
 
-def half_with_an_effect(size: int = 40_000) -> CandidateDraws:
+def half_with_an_effect(size: int = 40_000) -> CandidateMixture:
     """Every other draw has an effect, at its null, and friction that is larger by one."""
     with_one, nothing = np.arange(size) % 2, np.zeros(size)
-    return CandidateDraws(
+    return CandidateMixture(
+        sets=TWO,
+        probabilities=np.full(2, 0.5),
         candidate=with_one,
         friction=with_one.astype(float),
         frequency=nothing + 1.0,
@@ -53,17 +57,17 @@ def test_shift_is_that_of_the_other_posterior(factor: float) -> None:
     variance = 1.0 / (1.0 + sd**-2)
     other = mean / sd**2 / (factor**-2 + sd**-2)
     expected = (other - variance * mean / sd**2) / np.sqrt(variance)
-    assert prior_sensitivity(draws(mean, sd), ONE, ALL)[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
+    assert prior_sensitivity(draws(mean, sd), ALL)[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
 
 
 def test_a_posterior_that_lies_elsewhere_is_not_reported() -> None:
     # two standard deviations of the prior, known to a tenth: a tenth of the prior pulls it half way to zero
-    assert prior_sensitivity(draws(2.0, 0.1, 4000), ONE, ALL)["0.1"] is None
+    assert prior_sensitivity(draws(2.0, 0.1, 4000), ALL)["0.1"] is None
 
 
 def test_occam_factors_count() -> None:
     """Half of the draws have an effect at its null: a prior ten times as wide leaves a tenth of these."""
-    moved = prior_sensitivity(half_with_an_effect(), TWO, ALL)
+    moved = prior_sensitivity(half_with_an_effect(), ALL)
     assert moved["10"] == pytest.approx((1.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     assert moved["0.1"] == pytest.approx((10.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     # one given effect of n against none: odds 1 / (2 n - 1), with half of them expected 1 / (3 n - 1)
@@ -81,7 +85,7 @@ def test_the_number_expected_counts_among_the_effects_evaluated(evaluated: int) 
     """With twice as many expected of N, one of n has odds 1 / (N / 2 + n - 1), before 1 / (N + n - 1)."""
     factor = (ALL + evaluated - 1) / (0.5 * ALL + evaluated - 1)
     expected = (factor / (1.0 + factor) - 0.5) / 0.5
-    moved = prior_sensitivity(half_with_an_effect(), TWO, evaluated)
+    moved = prior_sensitivity(half_with_an_effect(), evaluated)
     assert moved["inclusion_doubled"] == pytest.approx(expected, abs=1e-3)
 
 
@@ -99,7 +103,9 @@ def test_what_a_few_far_draws_decide_is_not_reported() -> None:
     rng = np.random.default_rng(3)
     friction, far = rng.standard_normal(4000), np.arange(4000) < 2
     nothing = np.zeros(4000)
-    some = CandidateDraws(
+    some = CandidateMixture(
+        sets=TWO,
+        probabilities=np.full(2, 0.5),
         candidate=far.astype(int),
         friction=np.where(far, 100.0, friction),
         frequency=nothing + 1.0,
@@ -108,5 +114,5 @@ def test_what_a_few_far_draws_decide_is_not_reported() -> None:
         coefficients=far.astype(int),
         squares=nothing,
     )
-    assert prior_sensitivity(some, TWO, ALL)["0.1"] is None
-    assert prior_sensitivity(some, TWO, ALL)["10"] is not None
+    assert prior_sensitivity(some, ALL)["0.1"] is None
+    assert prior_sensitivity(some, ALL)["10"] is not None

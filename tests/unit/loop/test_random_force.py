@@ -19,13 +19,14 @@ from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.block_means import block_means
-from friction_bayes.loop.columns.law_columns import Circumstances, law_columns
+from friction_bayes.loop.columns.law_columns import law_columns
 from friction_bayes.loop.columns.lines import steady_lines
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.statespace.measured_path import MeasuredPath
+from moving import moving_record
 
 DURATION, RATE, FRICTION, RELEASE = 6.0, 200.0, 0.5, 0.02
 TIME = np.arange(int(DURATION * RATE)) / RATE
@@ -51,12 +52,11 @@ LINEAR = {
 def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
     """A law's own motion is the sum of its columns times the parameters, in their own units."""
     w0 = SYSTEM.natural_frequency
-    friction = 1.1 * FRICTION / SYSTEM.stiffness
+    friction, record = 1.1 * FRICTION / SYSTEM.stiffness, moving_record(SCALES, name)
 
     def columns_along(x: np.ndarray, v: np.ndarray):  # type: ignore[no-untyped-def]
         path = MeasuredPath.through(w0 * TIME, x, v / w0)
-        given = Circumstances(system=SYSTEM, scales=SCALES, effects=(name,), order=0, duration=DURATION)
-        return law_columns(path, given, w0=w0, friction=friction)
+        return law_columns(path, record, w0=w0, friction=friction)
 
     still = columns_along(RELEASE * np.cos(w0 * TIME), -w0 * RELEASE * np.sin(w0 * TIME))
     chosen = still.alternatives(name)[len(still.alternatives(name)) // 2]
@@ -205,15 +205,8 @@ def test_a_fault_that_jumps_within_a_block_shows_with_its_share_there() -> None:
     path = MeasuredPath.through(
         w0 * TIME, RELEASE * np.cos(w0 * TIME + 0.3), -RELEASE * np.sin(w0 * TIME + 0.3)
     )
-    given = Circumstances(
-        system=SYSTEM,
-        scales=SCALES,
-        effects=("sensor_hysteresis",),
-        order=0,
-        duration=DURATION,
-        block=block,
-    )
-    law = law_columns(path, given, w0=w0, friction=FRICTION / SYSTEM.stiffness)
+    record = moving_record(SCALES, "sensor_hysteresis", block=block)
+    law = law_columns(path, record, w0=w0, friction=FRICTION / SYSTEM.stiffness)
     (column,) = law.alternatives("sensor_hysteresis")[0]
     expected = block_means(np.sign(np.sin(w0 * fine + 0.3)), block)
     assert set(np.abs(expected)) > {1.0}

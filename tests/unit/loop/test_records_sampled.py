@@ -16,6 +16,7 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.loop.checks.sampler_check import check_law, target_of_set
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
+from loop_options import loop_options
 
 EFFECTS = ("viscous_damping", "random_force", "sensor_offset")
 
@@ -34,7 +35,7 @@ def fit() -> LawFit:
         )
         for k, (friction, noise) in enumerate([(0.07, 1e-4), (0.073, 2e-4)])
     ]
-    return fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
+    return fit_law(cut_records(records, SYSTEM), SYSTEM, loop_options(EFFECTS))
 
 
 def of_set(fit: LawFit, *, varies: bool, forced: bool) -> int:

@@ -11,6 +11,7 @@ import friction_bayes as fb
 from friction_bayes.loop.columns.lines import decaying_lines, steady_lines
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.law_fit import fit_law
+from loop_options import loop_options
 from unsteady_decays import FINE, FRICTION, RELEASE, RINGING, SYSTEM, fitted, probability_of, ringing_record
 
 OFFERED = ("viscous_damping", "sensor_offset", "periodic_interference", "second_mode")
@@ -140,7 +141,7 @@ def test_each_record_has_its_own_line_of_interference(random_force: str) -> None
 
 def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
     segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
-    joint = fit_law(segments, SYSTEM, OFFERED, varying=False, noise="auto")
+    joint = fit_law(segments, SYSTEM, loop_options(OFFERED))
     rings = ["second_mode" in names for names in joint.sets.effects]
     assert joint.weight[:, rings].sum() > 0.99
 

@@ -48,7 +48,7 @@ def test_outliers_are_found_beside_a_force(rng: np.random.Generator) -> None:
     assert fit.posterior.noise_sd == pytest.approx(NOISE, rel=0.08)
     # a first sample that is one is before the decay
     start = round(fit.segment.decay.start_time / STEP)
-    error = np.abs(fit.segment.values - motion[start : start + fit.segment.values.size])[: fit.samples]
+    error = np.abs(fit.segment.values - motion[start : start + fit.segment.values.size])[: fit.record.samples]
     aside = np.isinf(fit.clock.variance)
     assert aside[error > 5.0 * NOISE].all()
     assert not aside[error < 2.5 * NOISE].any()
@@ -65,7 +65,7 @@ def test_outliers_are_found_beside_noise_that_grows(rng: np.random.Generator) ->
     share = fit.growth.ratio * fit.posterior.noise_sd
     assert share == pytest.approx(3.0 * NOISE / RELEASE, rel=0.3)
     assert fit.posterior.noise_sd == pytest.approx(NOISE, rel=0.1)
-    assert np.isinf(fit.clock.variance)[far[: fit.samples]].mean() > 0.5
+    assert np.isinf(fit.clock.variance)[far[: fit.record.samples]].mean() > 0.5
 
 
 def test_values_at_jumps_of_the_acceleration_stay_set_aside(rng: np.random.Generator) -> None:
@@ -73,10 +73,10 @@ def test_values_at_jumps_of_the_acceleration_stay_set_aside(rng: np.random.Gener
     record, motion, far = decay(rng, force=0.0, hit=HIT, order=2)
     fit = fitted(record, ["random_force", "outliers"])
     assert fit.sensor_noise.contaminated
-    at_jump = fit.segment.ignored[: fit.samples]
+    at_jump = fit.segment.ignored[: fit.record.samples]
     aside = np.isinf(fit.clock.variance)
     assert aside[at_jump].all()
-    error = np.abs(fit.segment.values - motion[: fit.segment.values.size])[: fit.samples]
+    error = np.abs(fit.segment.values - motion[: fit.segment.values.size])[: fit.record.samples]
     assert aside[error > 500.0 * NOISE].all()
     assert not aside[~at_jump & (error < 250.0 * NOISE)].any()
     assert fit.sensor_noise.outliers is not None

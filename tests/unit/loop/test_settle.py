@@ -9,9 +9,10 @@ import pytest
 
 import friction_bayes as fb
 from experiments.blind.prior_drawn import AddedLaw, Sensor, measure, move, release
+from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.infer.rounds import _law_along
 from friction_bayes.mechanics.effects import EFFECTS
 
@@ -52,7 +53,7 @@ def test_samples_that_are_set_aside_leave_effects_of_one_column() -> None:
     whole = MovingRecord.of(segment, system, tuple(EFFECTS), scales_of([segment], system))
     w0, motion = whole.first_motion()
     aside = np.arange(whole.samples) % 2 == 1
-    all_of_them = whole.setting_aside(aside).along(motion, w0, ())
+    all_of_them = LawAlongMotion.of(whole.setting_aside(aside), motion, w0, ())
     assert all_of_them is not None
     assert not all_of_them.determined
     fewer, along = _law_along(whole, aside, motion, w0, (), None)

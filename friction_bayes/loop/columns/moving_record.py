@@ -1,4 +1,4 @@
-"""A record while it moves, and its law along a motion: data and columns of one round of an analysis."""
+"""A record while it moves, how it was recorded, and the effects that may act."""
 
 from __future__ import annotations
 
@@ -14,12 +14,8 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, margin
-from friction_bayes.loop import settings
-from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, law_columns
-from friction_bayes.loop.columns.lines import OF_LINES, Line
-from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.loop.columns.effect_columns import LawColumn
+from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
@@ -34,26 +30,13 @@ from friction_bayes.mechanics.effects import (
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.pendulum import frequency_ratio
-from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import Feedback, feedback_steps
 from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, first_motion
 
-__all__ = [
-    "LEAST_TURNS",
-    "LawAlongMotion",
-    "MovingRecord",
-    "along_motion",
-    "force_prior",
-    "why_not_evaluated",
-]
+__all__ = ["MovingRecord", "along_motion", "why_not_evaluated"]
 
-
-LEAST_TURNS = 2
-"""Least number of turning points, between which a law has a whole half cycle."""
 _LEFT_OUT = 1.5
 """Half cycles before a motion stops that are left out: it ends between two turning points then, neither of
 which is in doubt."""
@@ -64,56 +47,6 @@ def along_motion(effect: Effect, scales: Scales) -> bool:
     if isinstance(effect, ForceEffect) or effect.name in OF_LINES:
         return True
     return isinstance(effect, SensorEffect) and effect.is_linear(scales)
-
-
-@dataclass(frozen=True, eq=False)
-class LawAlongMotion:
-    """A law along a motion.
-
-    Attributes
-    ----------
-    w0 : float
-        Frequency of the natural units [rad/s].
-    path : MeasuredPath
-    law : LawColumns
-    sets : ColumnSets
-    regression : LawRegression
-    prior : ForcePrior
-    """
-
-    w0: float
-    path: MeasuredPath
-    law: LawColumns
-    sets: ColumnSets
-    regression: LawRegression
-    prior: ForcePrior
-
-    @cached_property
-    def problem(self) -> Problem:
-        """The regression of this record alone."""
-        return Problem.of(self.regression)
-
-    def without(self, sets: Mask) -> LawAlongMotion:
-        """The same without the sets, ``sets`` of shape (m,), which have no prior probability then."""
-        log_prior = np.where(sets, -np.inf, self.regression.log_prior)
-        return replace(self, regression=replace(self.regression, log_prior=log_prior))
-
-    @property
-    def determined(self) -> bool:
-        """Whether more samples are fitted than there are columns."""
-        return int(np.count_nonzero(np.isfinite(self.regression.clock.variance))) > self.law.scale.size
-
-    @property
-    def of_sensor(self) -> Mask:
-        """Columns of sensor effects, shape (p,)."""
-        return np.array([isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns])
-
-    def sensor_errors(self, sizes: Array) -> Array:
-        """Errors of the samples by sensor effects of some sizes, natural units, shape (n,).
-
-        They follow the motion: one that jumps where the motion turns moves with the turning points.
-        """
-        return np.asarray(self.law.sensor[:, self.of_sensor] @ sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,9 +139,9 @@ class MovingRecord:
         variance[inside] = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)[inside]
         return replace(self, variance=variance, filter=filter_, forced=False, jump=None)
 
-    def of_one_column(self, law: LawColumns) -> MovingRecord:
+    def of_one_column(self, law: Sequence[LawColumn]) -> MovingRecord:
         """The same without effects that have several columns in a law, or none."""
-        columns = Counter(column.effect for column in law.columns)
+        columns = Counter(column.effect for column in law)
         left_out = {name for name in self.effects if columns[name] != 1}
         return replace(self, allowed=tuple(name for name in self.allowed if name not in left_out))
 
@@ -217,7 +150,7 @@ class MovingRecord:
         return self.segment.values[: self.samples] / w0**self.segment.order
 
     @property
-    def _least_noise(self) -> float:
+    def least_noise(self) -> float:
         """Of the sensor's rounding, and at least what the interpolated motion is known to, its unit."""
         return max(self.segment.least_noise, MOTION_KNOWN_TO * self.scales.signal)
 
@@ -248,75 +181,6 @@ class MovingRecord:
         turning = MeasuredPath.through(clock.phase, motion.states[:, 0], motion.states[:, 1]).turning_x
         change = float(np.mean([1.0 / frequency_ratio(x, 0) for x in turning])) if turning.size else 1.0
         return w0 * change, motion.at_frequency(change)
-
-    def along(
-        self,
-        motion: SmoothedMotion,
-        w0: float,
-        lines: Sequence[Line],
-        *,
-        friction: float | None = None,
-        about: LawBefore | None = None,
-    ) -> LawAlongMotion | None:
-        """The law along a motion; None where that holds too few turning points.
-
-        Parameters
-        ----------
-        motion : SmoothedMotion
-        w0 : float
-            Frequency of the natural units [rad/s].
-        lines : sequence of Line
-            Those of each effect, the strongest first.
-        friction : float, optional
-            Rough friction, natural units; what explains the loss of amplitude by default.
-        about : LawBefore, optional
-            The law about which the columns are linear; forces along the motion alone by default.
-        """
-        order = self.segment.order
-        x, v = motion.states[:, :2].T.copy()
-        path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
-        if path.turning.size < LEAST_TURNS:
-            return None
-        rough = friction_along(path) if friction is None else friction
-        given = Circumstances(
-            system=self.system,
-            scales=self.scales,
-            effects=self.effects,
-            order=order,
-            duration=self.segment.duration,
-            sizes=self.sizes,
-            scores=self.scores,
-            block=self.segment.block,
-            filter=self.filter,
-        )
-        law = law_columns(path, given, w0=w0, friction=rough, lines=lines, about=about)
-        clock = self.clock_along(path, law.feedback, w0)
-        sets = column_sets(law, self.effects)
-        regression = LawRegression(
-            clock=clock,
-            row=law.row,
-            names=tuple(str(j) for j in range(law.scale.size)),
-            columns=law.sensor,
-            states=law.states,
-            known_states=law.known_states,
-            target=self.signal(w0) - law.known,
-            scale=law.scale,
-            positive=law.positive,
-            sets=sets.columns,
-            log_prior=sets.log_prior,
-            stiffness=law.always[2],
-            motion=motion,
-            least_noise=max(self._least_noise / w0**order, self.error.least_noise),
-        )
-        prior = force_prior(rough)
-        # a random force with coloured noise would count twice: both explain what is not white
-        may_act = self.forced and clock.autoregression is None
-        return LawAlongMotion(w0, path, law, sets, regression, prior if may_act else prior.without_force)
-
-
-def force_prior(friction: float) -> ForcePrior:
-    """Prior of the random force, given a rough friction, natural units."""
-    return ForcePrior(centre=settings.SETTINGS.force_share * friction)
 
 
 def why_not_evaluated(name: str, segment: Segment, scales: Scales) -> str:

@@ -1,0 +1,22 @@
+"""A record as the columns of a law need it, for tests that write down the motion themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import friction_bayes as fb
+from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.mechanics.effects import Scales
+
+
+def moving_record(scales: Scales, *effects: str, block: int = 1) -> MovingRecord:
+    """A record with these scales, of means of so many samples; its values do not count."""
+    system, rate = scales.system, scales.sampling_rate
+    samples = round(scales.duration * rate)
+    values = scales.amplitude * np.cos(system.natural_frequency / rate * np.arange(samples))
+    record = fb.make_record(np.arange(samples) / rate, values, scales.quantity.name)
+    (segment,) = cut_records([record], system)
+    return MovingRecord.of(replace(segment, values=values, block=block), system, effects, scales)
