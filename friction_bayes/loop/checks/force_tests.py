@@ -122,7 +122,7 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         channels=(*noise_tests(x), jumps, *(d.channel for d in dependences)),
         dependences=dependences,
         near_motion=_near_motion(fit, x),
-        rms=float(best.noise * fit.error.share * fit.unit * np.sqrt(np.mean(x**2))),
+        rms=float(best.noise * fit.record.error.share * fit.unit * np.sqrt(np.mean(x**2))),
     )
     return left if left.worst is None else replace(left, shape=best_shape(fit, binned[left.worst.on]))
 
