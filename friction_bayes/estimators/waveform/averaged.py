@@ -40,9 +40,10 @@ _MOST_LATER = 3
 """Half cycles by which the start may be moved."""
 _FEWEST_HALF_CYCLES = 8
 """Least number of half cycles of a decay whose start is tested."""
-_MUCH_NARROWER = 0.5
-"""Width of the interval from half a cycle later over the one from the start, below which the later is taken.
-Of eight half cycles one less widens it by a fifth, give or take a quarter."""
+_MUCH_LESS = 0.5
+"""Width of the interval, or mean square of what is left, from half a cycle later over those from the start,
+below which the later is taken. Of eight half cycles one less widens the interval by a fifth, give or take a
+quarter; more than half of all squares are never in the first of them by chance."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -193,8 +194,8 @@ def answered(
     """The fit of a decay averaged over the accounts, from where it is free.
 
     Where a random force is found, something may still have held the mass at first. Fewer half cycles say
-    less about a force that acts all the time; where they say much more, that force has ended, and the
-    shortened decay is used.
+    less about a force that acts all the time; where they say much more, or leave much less, that force has
+    ended, and the shortened decay is used.
 
     Parameters
     ----------
@@ -211,19 +212,32 @@ def answered(
     """
     fit = averaged_over_accounts(decay, fit_of(decay))
     for _ in range(0 if from_here else _MOST_LATER):
-        force = fit.random_force
-        if force is None or force.probability < 0.5 or decay.half_cycles < _FEWEST_HALF_CYCLES:
+        if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
             break
-        later = decay.half_a_cycle_later()
+        force, later = fit.random_force, decay.half_a_cycle_later()
         try:
-            other = averaged_over_accounts(later, fit_of(later))
+            white = fit_of(later)
+            quieter = _mean_square(later, white) < _MUCH_LESS * _mean_square(decay, fit)
+            if not quieter and (force is None or force.probability < 0.5):
+                break
+            other = averaged_over_accounts(later, white)
         except InputError:
             # what is left once the start is gone is no decay: the start is what was measured
             break
-        if _width(other) > _MUCH_NARROWER * _width(fit):
+        if not quieter and _width(other) > _MUCH_LESS * _width(fit):
             break
         decay, fit = later, other
     return decay, fit
+
+
+def _explained(fit: Fit) -> bool:
+    """Whether white noise or a filter explains what the law leaves, at the start too."""
+    return not fit.accounts or fit.accounts[0].probability >= 0.5 or fit.filter is not None
+
+
+def _mean_square(decay: FreeDecay, fit: Fit) -> float:
+    """Of the residual of the fit under white noise, unit of the signal squared."""
+    return math.nan if fit.prediction is None else float(np.mean((decay.values - fit.prediction) ** 2))
 
 
 def _width(fit: Fit) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_bayes import Oscillator, simulate
+from friction_bayes import Oscillator, estimate, make_record, simulate
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.estimators.base import Fit
@@ -42,3 +42,27 @@ def test_a_later_part_that_cannot_be_fitted_leaves_the_whole(seed: int) -> None:
     assert fit.random_force is not None
     assert fit.answer.mean() == pytest.approx(FRICTION / 1000.0, rel=0.3)
     assert np.isfinite(fit.answer.std())
+
+
+def test_an_accelerometer_that_shows_the_end_of_a_release_is_fitted_from_later_on(seed: int) -> None:
+    """A hand that lets go within a few hundredths of a second: too short for the steps of half periods."""
+    record = simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=0.02,
+        duration=9.0,
+        sampling_rate=200.0,
+        quantity="acceleration",
+        noise_sd=1e-2,
+        seed=seed,
+    )
+    values = record.values.copy()
+    values[:12] += np.linspace(0.5, 0.1, 12)
+    hold = 1e-2 * np.random.default_rng(seed).standard_normal(100)
+    samples = np.concatenate([hold, values])
+    held = make_record(np.arange(samples.size) / 200.0, samples, "acceleration")
+    with pytest.warns(UserWarning, match="is left out"):
+        found = estimate(held, SYSTEM)
+    assert found.decay.later == 1
+    low, high = found.friction.interval(0.9)
+    assert low < FRICTION < high < 1.1 * low
