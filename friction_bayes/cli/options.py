@@ -61,6 +61,7 @@ def add_system(parser: argparse.ArgumentParser) -> None:
         help="the value that friction is computed with, where they do not give the frequency found",
     )
     group.add_argument("--pendulum", action="store_true", help="restoring torque is stiffness * sin(angle)")
+    group.add_argument("--length", type=float, metavar="M", help="of a simple pendulum, with --mass alone")
 
 
 def add_output_folder(
@@ -104,6 +105,8 @@ def system_of(arguments: argparse.Namespace, declared: Oscillator | None = None)
         If mass or stiffness are missing or wrong.
     """
     given = {name: value for name in _SYSTEM_FIELDS if (value := getattr(arguments, name)) is not None}
+    if arguments.length is not None:
+        return Pendulum(length=arguments.length, **given)
     if declared is not None:
         for name in ("mass", "inertia", "stiffness"):
             # The declared spread belongs to the declared value, not to the one that replaces it.
@@ -111,7 +114,11 @@ def system_of(arguments: argparse.Namespace, declared: Oscillator | None = None)
                 given[f"{name}_sd"] = 0.0
         return replace(declared, **given)
     if arguments.mass is None and arguments.inertia is None:
-        raise InputError("system", "neither --mass nor --inertia given", "give one of them and --stiffness")
+        raise InputError(
+            "system",
+            "neither --mass nor --inertia given",
+            "give one of them and --stiffness, or --length and --mass of a pendulum",
+        )
     if arguments.stiffness is None:
         raise InputError("system", "--stiffness is missing", "give it in N/m, or N m/rad with --inertia")
     return Pendulum(**given) if arguments.pendulum else Oscillator(**given)

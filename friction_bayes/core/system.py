@@ -219,8 +219,7 @@ class Pendulum(Oscillator):
             raise InputError(
                 "mass",
                 "missing: the friction torque of a pendulum is in proportion to it",
-                f"give it with the length, as Pendulum(length={length:g}, mass=1.0): with 1 kg, friction is "
-                "the torque per kilogram",
+                "give it with the length; with 1 kg, friction is the torque per kilogram",
             )
         if self.mass is None or self.inertia is not None or not _is_nan(self.stiffness):
             raise InputError(

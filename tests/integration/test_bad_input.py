@@ -100,6 +100,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "no stiffness": (("--mass", "10"), "--stiffness"),
     "mass and inertia": ((*SYSTEM, "--inertia", "1"), "both"),
     "mass of a pendulum": ((*SYSTEM, "--pendulum"), "pendulum"),
+    "length without a mass": (("--length", "1"), "per kilogram"),
+    "length and stiffness": ((*SYSTEM, "--length", "1"), "give length and mass alone"),
     "mass is a word": (("--mass", "heavy", "--stiffness", "1000"), "heavy"),
     "misspelt method": ((*SYSTEM, "--method", "waveforms"), "'waveforms' (did you mean waveform?)"),
     "unknown peaks": ((*SYSTEM, "--peaks", "lowest"), "nominal"),

@@ -16,6 +16,7 @@ import friction_bayes as fb
 from decays import SYSTEM as OSCILLATOR
 from friction_bayes.cli.program import main
 from friction_bayes.core.files import sha256_of
+from friction_bayes.core.quantities import STANDARD_GRAVITY
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 FRICTION = 0.5
@@ -103,6 +104,29 @@ def test_stiffness_sd_widens_the_interval(csv: Path, capsys: pytest.CaptureFixtu
         np.hypot(0.05, exact["friction"]["sd"] / exact["friction"]["mean"]), rel=1e-3
     )
     assert vague["friction_over_stiffness"] == exact["friction_over_stiffness"]
+
+
+def test_a_pendulum_is_declared_by_its_length(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    by_length = ("--length", "1.2", "--mass", "0.4")
+    decay = tmp_path / "pendulum.csv"
+    simulated = (
+        "--friction",
+        "0.003",
+        "--initial-displacement",
+        "0.2",
+        "--duration",
+        "20",
+        "--noise-sd",
+        "1e-4",
+    )
+    assert main(["simulate", *by_length, *simulated, "--out", str(decay)]) == 0
+    capsys.readouterr()
+    found = run_json(capsys, "estimate", str(decay), *by_length)
+    low, high = found["friction"]["interval90"]
+    assert low < 0.003 < high
+    inertia, stiffness = 0.4 * 1.2**2, 0.4 * STANDARD_GRAVITY * 1.2
+    same = ("--inertia", repr(inertia), "--stiffness", repr(stiffness), "--pendulum")
+    assert run_json(capsys, "estimate", str(decay), *same)["friction"] == found["friction"]
 
 
 def test_the_papers_prior(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
