@@ -78,7 +78,7 @@ def test_a_simple_pendulum_by_its_length() -> None:
 @pytest.mark.parametrize(
     ("declared", "message"),
     [
-        ({"length": 1.0}, r"mass: missing.*Pendulum\(length=1, mass=1.0\)"),
+        ({"length": 1.0}, "mass: missing.*give it with the length"),
         ({"length": 1.0, "mass": 1.0, "stiffness": 2.0}, "length and mass alone"),
         ({"inertia": 1.0}, "neither stiffness nor length given"),
         ({"length": 0.0, "mass": 1.0}, "length: 0 is not positive"),
