@@ -475,7 +475,7 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
     if noise["model"] == "white":
         return text + "white" + behind
     if noise.get("order") == 0:
-        return text + "weaker far above the motion's frequency than near it, and taken as white" + behind
+        return text + "weaker far above the motion's frequency, evaluated as if as strong as near it" + behind
     order = f" of order {noise['order']}" if noise.get("order") else ""
     length = number(noise["correlation_length_s"], 3)
     return text + f"autoregressive{order}, correlated over {length} s{behind}"
