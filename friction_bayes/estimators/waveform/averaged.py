@@ -41,9 +41,9 @@ _MOST_LATER = 3
 _FEWEST_HALF_CYCLES = 8
 """Least number of half cycles of a decay whose start is tested."""
 _MUCH_LESS = 0.5
-"""Width of the interval, or mean square of what is left, from half a cycle later over those from the start,
-below which the later is taken. Of eight half cycles one less widens the interval by a fifth, give or take a
-quarter; more than half of all squares are never in the first of them by chance."""
+"""Width of the interval from half a cycle later over that from the start below which the later is taken: of
+eight half cycles one less widens it by a fifth, give or take a quarter. And share of what white noise leaves
+of all squares that is in the first of them by no chance."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -194,8 +194,8 @@ def answered(
     """The fit of a decay averaged over the accounts, from where it is free.
 
     Where a random force is found, something may still have held the mass at first. Fewer half cycles say
-    less about a force that acts all the time; where they say much more, or leave much less, that force has
-    ended, and the shortened decay is used.
+    less about a force that acts all the time; where they say much more, that force has ended, and the
+    shortened decay is used. It has ended too where the first half cycle has most of what is left.
 
     Parameters
     ----------
@@ -214,17 +214,16 @@ def answered(
     for _ in range(0 if from_here else _MOST_LATER):
         if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
             break
-        force, later = fit.random_force, decay.half_a_cycle_later()
+        force, at_first = fit.random_force, _share_at_first(decay, fit) > _MUCH_LESS
+        if not at_first and (force is None or force.probability < 0.5):
+            break
+        later = decay.half_a_cycle_later()
         try:
-            white = fit_of(later)
-            quieter = _mean_square(later, white) < _MUCH_LESS * _mean_square(decay, fit)
-            if not quieter and (force is None or force.probability < 0.5):
-                break
-            other = averaged_over_accounts(later, white)
+            other = averaged_over_accounts(later, fit_of(later))
         except InputError:
             # what is left once the start is gone is no decay: the start is what was measured
             break
-        if not quieter and _width(other) > _MUCH_LESS * _width(fit):
+        if not at_first and _width(other) > _MUCH_LESS * _width(fit):
             break
         decay, fit = later, other
     return decay, fit
@@ -235,9 +234,12 @@ def _explained(fit: Fit) -> bool:
     return not fit.accounts or fit.accounts[0].probability >= 0.5 or fit.filter is not None
 
 
-def _mean_square(decay: FreeDecay, fit: Fit) -> float:
-    """Of the residual of the fit under white noise, unit of the signal squared."""
-    return math.nan if fit.prediction is None else float(np.mean((decay.values - fit.prediction) ** 2))
+def _share_at_first(decay: FreeDecay, fit: Fit) -> float:
+    """Share of the squares of the residual under white noise that its first half cycle has."""
+    if fit.prediction is None:
+        return 0.0
+    squares = (decay.values - fit.prediction) ** 2
+    return float(squares[: squares.size // decay.half_cycles].sum() / squares.sum())
 
 
 def _width(fit: Fit) -> float:

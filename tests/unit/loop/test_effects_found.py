@@ -83,5 +83,5 @@ def test_combinations_are_found(settings: dict[str, float], seed: int) -> None:
 def test_flat_samples_are_censored(seed: int) -> None:
     found = evaluated(long_decay(seed=seed, effects={"sensor_clipping.level": 0.03}))
     assert found.sets[0] == {"sensor_clipping"}
-    assert float(np.mean(found.draws.friction)) == pytest.approx(0.25, rel=0.03)
+    assert float(np.mean(found.mixture.friction)) == pytest.approx(0.25, rel=0.03)
     assert math.isclose(found.parameters("sensor_clipping")["level"]["mean"], 0.03, rel_tol=0.01)
