@@ -35,14 +35,14 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     masses = {c.shape: math.prod(s.weight for s in c.shape) for c in fit.law.columns if c.effect in effects}
     part = sum(mass for shape, mass in masses.items() if shape and shape[0].score != 0.0) or 1.0
     weight, prior = logsumexp(point.found.log_weight), logsumexp(fit.sets.log_prior[mine]) - math.log(part)
-    noise, n = fit.sensor_noise, int(np.count_nonzero(np.isfinite(fit.clock.variance)))
+    noise, n = fit.sensor_noise, int(np.count_nonzero(fit.clock.used))
     # the stiffness is corrected about what the record shows, in units of half as much frequency
     unit = 0.5 * settings.SETTINGS.stiffness_sd / settings.SETTINGS.frequency_sd
     score = float(white.z[white.model.index(LOG_FREQUENCY_RATIO)])
     value = log_convention(n, fit.unit) + math.log(unit) - 0.5 * score**2
     densities = white.noise_models[0].log_densities(white.residuals[0], fit.segment, white.noises[0])
     value += float(densities[fit.record.samples :].sum())
-    used = np.isfinite(fit.clock.variance)
+    used = fit.clock.used
     left = fit.left_out(alone.coefficients, point)
     value += left.log_factor(used, outliers=noise.contaminated)
     return float(weight - prior) + value

@@ -22,12 +22,12 @@ from scipy import stats
 from scipy.optimize import minimize
 
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.problem import Problem
 
-__all__ = ["Posterior", "integrate_force", "valleys"]
+__all__ = ["Posterior", "humps", "integrate_force", "valleys"]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its modes are sought."""
@@ -328,10 +328,14 @@ def _best_size(density: _Density, size: float, log_tau: float, step: float) -> t
 
 def valleys(heights: Array) -> list[int]:
     """Indices of the lowest places between modes, see :data:`_DEPTH`."""
-    padded = np.pad(heights, 1, constant_values=-math.inf)
-    peaks = np.flatnonzero((heights > padded[:-2]) & (heights >= padded[2:]))
-    lowest = [left + int(np.argmin(heights[left:right])) for left, right in pairwise(peaks.tolist())]
+    lowest = [left + int(np.argmin(heights[left:right])) for left, right in pairwise(humps(heights).tolist())]
     return [k for k in lowest if heights[k] < heights.max() - 0.5 * _DEPTH]
+
+
+def humps(heights: Array) -> Indices:
+    """Indices of the places that are higher than their neighbours, of equal ones the first."""
+    padded = np.pad(heights, 1, constant_values=-math.inf)
+    return np.flatnonzero((heights > padded[:-2]) & (heights >= padded[2:]))
 
 
 def _climb(density: _Density, low: float, high: float) -> Array:

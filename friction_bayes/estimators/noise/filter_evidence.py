@@ -38,6 +38,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     margin,
 )
 from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
+from friction_bayes.statespace.force_grid import humps
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
 __all__ = ["FoundFilters", "FoundKind", "likely_filters"]
@@ -213,19 +214,19 @@ def _of_kind(
         best_of(range(max(best - 1, 0), min(best + 2, len(filters))))
     else:
         tried = _spread(kind.sizes)
-        first = [*range(0, len(tried) - 1, _FIRST), len(tried) - 1]
+        last = len(tried) - 1
+        first = [*range(0, last, _FIRST), last]
         best_of(tried[each] for each in first)
-        values = np.array([-np.inf, *(known[tried[each]] for each in first), -np.inf])
         # noise and corners may each have a hump
-        for hump in np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])):
+        for hump in humps(np.array([known[tried[each]] for each in first])):
             place, step = first[hump], _FIRST
             while step > 1:
                 step //= 2
-                near = [each for each in (place - step, place, place + step) if 0 <= each < len(tried)]
+                near = [each for each in (place - step, place, place + step) if 0 <= each <= last]
                 best_of(tried[each] for each in near)
                 place = max(near, key=lambda each: known[tried[each]])
         place = tried.index(best_of(()))
-        best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)] + 1))
+        best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, last)] + 1))
     ranked = sorted(known, key=lambda i: -known[i])
     return FoundKind(kind.name, [(known[i], filters[i]) for i in ranked])
 
