@@ -82,7 +82,6 @@ _MOST_DRAWS = 30
 _OF_NOISE = frozenset({"timing_jitter", "proportional_noise", "outliers", "sensor_clipping"})
 _MOST_PUSHED = 0.1
 """Work of friction that may drive the motion: with more the loop does not take a law for one."""
-_LEAST_SAMPLES_OF_MODE = 500
 _LEAST_LOSS = 2e-4
 """Friction over stiffness and amplitude that would explain the loss, below which nothing is lost."""
 _OF_HARMONIC = 0.05
@@ -209,8 +208,6 @@ def offered(setting: Setting) -> tuple[str, ...]:
         for effect in BUILT_IN
         if effect.name != RANDOM_FORCE and not effect.why_not(setting.scales)
     ]
-    if setting.samples < _LEAST_SAMPLES_OF_MODE:
-        names.remove("second_mode")
     if setting.scales.quantity.order:
         # a constant force moves the centre, which these do not show
         names.remove("asymmetric_friction")

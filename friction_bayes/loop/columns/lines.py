@@ -33,8 +33,6 @@ _MOST_LINES = 8
 """Largest number of lines of each effect in one record: a second mode, its products, the mains."""
 _NEIGHBOURS = 61
 """Ordinates of a spectrum in the surroundings that a line is compared with."""
-_LEAST_SAMPLES = 500
-"""The spectrum of fewer has too few surroundings."""
 _APART = 4.0
 """Distance between two lines times the length of the window: those of a windowed signal are four wide."""
 _CLOSE = 1e-3
@@ -144,9 +142,8 @@ class _Spectrum:
     @property
     def stands_out(self) -> bool:
         """Whether its highest peak exceeds what noise is expected to have."""
-        samples = self.window.size
-        by_chance = samples * math.exp(-float(self.height.max()))
-        return samples >= _LEAST_SAMPLES and by_chance < settings.SETTINGS.noise_alarm_rate
+        by_chance = self.window.size * math.exp(-float(self.height.max()))
+        return by_chance < settings.SETTINGS.noise_alarm_rate
 
     def strike_out(self, line: Line) -> None:
         """Exclude the surroundings of a line from the search for others."""

@@ -9,10 +9,11 @@ from itertools import product
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.columns.lines import steady_lines
+from friction_bayes.loop.columns.lines import decaying_lines, steady_lines
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidates import candidates_of
@@ -61,6 +62,19 @@ def test_the_frequency_of_a_line_is_found_between_the_ordinates(rng: np.random.G
     for n in range(samples - 5, samples + 1):
         (found,) = steady_lines([signal[:n]], segment)
         assert abs(found.frequency - line) * n * segment.decay.step < 0.02
+
+
+@pytest.mark.parametrize("samples", [60, 120, 250, 480])
+def test_a_line_shows_in_few_samples_and_noise_shows_none(samples: int, rng: np.random.Generator) -> None:
+    """Noise passes for a line in three records of a thousand at most, as in long ones."""
+    signal, segment = with_lines(samples, rng)
+    line = 2.4 * np.sin(2.0 * math.pi * 40.0 * segment.decay.step * np.arange(samples) + 0.3)
+    (found,) = steady_lines([signal + line], segment)
+    assert found.frequency == pytest.approx(40.0, abs=0.5 / (samples * segment.decay.step))
+    noise = rng.standard_normal((500, samples))
+    shown = sum(bool(steady_lines([one], segment) + decaying_lines(one, segment)) for one in noise)
+    # false-alarm rate 1e-4: each of the two searches has a rate of its own
+    assert shown <= stats.binom.ppf(1.0 - 1e-4, len(noise), 2.0 * 3e-3)
 
 
 @pytest.mark.parametrize("samples", range(2300, 2500, 40))

@@ -377,7 +377,8 @@ def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
     assert sorted(line.frequency for line in found) == pytest.approx(sorted(lines), abs=0.05)
     assert steady_lines([signal], segment, known=found) == ()
     assert steady_lines([coloured], segment) == ()
-    assert steady_lines([signal[:400]], segment) == ()
+    # the strongest line shows in few samples
+    assert steady_lines([signal[:400]], segment)[0].frequency == pytest.approx(23.0, abs=0.05)
 
 
 def test_noise_has_no_line_at_an_end_of_its_spectrum(rng: np.random.Generator) -> None:
