@@ -192,7 +192,7 @@ class FreeDecay:
         if self.other_share > 0.0:
             notes.append(
                 f"{self.name}: another oscillation at {self.other_frequency:.4g} rad/s, "
-                f"{self.other_share:.0%} as strong in the spectrum as the one followed at "
+                f"{100.0 * self.other_share:.0f} % as strong in the spectrum as the one followed at "
                 f"{self.frequency:.4g} rad/s"
             )
         return tuple(notes)
@@ -452,8 +452,8 @@ def _refusal(
         return InputError(
             name,
             f"oscillations at {modes.frequency[0] / step:.4g} and {modes.other[0] / step:.4g} rad/s, the "
-            f"second {modes.share[0]:.0%} as strong, where one at {system.natural_frequency:.4g} rad/s is "
-            "declared",
+            f"second {100.0 * modes.share[0]:.0f} % as strong, where one at "
+            f"{system.natural_frequency:.4g} rad/s is declared",
             "excite or record one mode alone, with its sign, and declare its mass and stiffness",
         )
     assert status == TOO_SHORT

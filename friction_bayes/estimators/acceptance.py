@@ -104,7 +104,9 @@ def accept_by_set_up(precision: Any, set_up: Any, *, unit: str) -> Acceptance:
     accepted = mean >= share * reference
     rule = f"the least share allowed is {share:.2f}"
     if by_chance < SHARE:
-        rule += f", below which chance alone takes {FALSE_ALARM:.0%} of records of so few amplitudes"
+        rule += (
+            f", below which chance alone takes {100.0 * FALSE_ALARM:.0f} % of records of so few amplitudes"
+        )
     return Acceptance(
         accepted=accepted,
         criterion="set-up record",

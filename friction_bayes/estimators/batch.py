@@ -283,8 +283,8 @@ def _refuse_turned(values: Array, decays: Mask, like: FreeDecays) -> None:
     if share > decays.mean():
         raise InputError(
             "records",
-            f"shape {values.shape}: {decays.mean():.0%} of the rows hold a decay, and {share:.0%} of the "
-            "columns",
+            f"shape {values.shape}: {100.0 * decays.mean():.0f} % of the rows hold a decay, and "
+            f"{100.0 * share:.0f} % of the columns",
             TIME_LAST,
         )
 

@@ -75,7 +75,8 @@ def refuse_clipped(record: xr.DataArray) -> None:
     if level is not None:
         raise InputError(
             record_name(record),
-            f"clipped: {fraction:.2%} of the samples lie flat at {level:.6g} {record.attrs['units']}",
+            f"clipped: {100.0 * fraction:.2f} % of the samples lie flat at {level:.6g} "
+            f"{record.attrs['units']}",
             "use close-loop, which treats them as censored, or a sensor with more range",
         )
 

@@ -254,7 +254,8 @@ def validate_record(
     if at_ends > MOST_AT_ENDS:
         raise InputError(
             name,
-            f"{at_ends:.0%} of the samples are {values.min():g} or {values.max():g} {unit}, nothing between",
+            f"{100.0 * at_ends:.0f} % of the samples are {values.min():g} or {values.max():g} {unit}, "
+            "nothing between",
             "give the motion itself: a square wave or a switch shows no amplitude",
         )
     check_clock(name, time, rows, time_unit)

@@ -172,7 +172,9 @@ def memory(forgetting: Mapping[str, Any], plain: Mapping[str, Any]) -> str:
         text = "nearly all from point to point: the latest record alone counts"
     else:
         lost = 1.0 - kept
-        text = f"{lost:.0%} of what was known from point to point: about {1.0 / lost:.2g} points count"
+        text = (
+            f"{100.0 * lost:.0f} % of what was known from point to point: about {1.0 / lost:.2g} points count"
+        )
     gain = forgetting["log_predictive"] - plain["log_predictive"]
     word = "far better" if gain > _FAR_BETTER else "better" if gain > _BETTER else "hardly better"
     return f"{text}; this forecasts the next record {word} than forgetting nothing"

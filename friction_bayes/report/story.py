@@ -47,8 +47,9 @@ _FAULTS = {
     "coarse_sampling": "few samples per period",
     "noise_lifts_maxima": "noise that raises the highest samples",
     "no_scatter": "friction samples that do not scatter (its interval measures no error)",
-    "telescoping_drops": "successive drops that share a peak (its interval is too wide)",
 }
+_TOO_WIDE = "telescoping_drops"
+"""What makes the interval of the paper's procedure too wide, and nothing else wrong."""
 _MOST_NAMED = 3
 _NOTABLE_ROUNDING = 0.1
 """Rounding over sensor noise below which a step is that of printed digits, or says nothing of the noise."""
@@ -284,7 +285,7 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
     if report["witnesses"]:
         rows.append(("two witnesses", _witnesses(report["witnesses"])))
     rows.append(("left over", _left(report)))
-    rows.append(("paper's procedure", paper_words(report["paper_procedure"])))
+    rows.append(("paper's procedure", paper_words(report)))
     if report["next_experiment"]:
         rows.append(("next experiment", report["next_experiment"]))
     check = report["reference_check"] or {}
@@ -564,15 +565,24 @@ def _like(left: Mapping[str, Any]) -> str:
     return f", {percent(left['share'])} of it like {left['shape']}" if known else ""
 
 
-def paper_words(procedure: Mapping[str, Any]) -> str:
+def paper_words(report: Report) -> str:
     """What the paper's own procedure gives, and why it differs."""
+    procedure = report["paper_procedure"]
     if procedure["friction"] is None:
         return f"no result: {procedure.get('why') or 'refused'}"
-    text = with_interval(procedure["friction"])
-    reasons = [_FAULTS.get(name, words(name)) for name in procedure["because"]]
-    if not procedure["disagrees"]:
-        return text + "\nagrees" + (f", in spite of {listed(reasons)}" if reasons else "")
-    return text + "\ndisagrees" + (f", because of {listed(reasons)}" if reasons else "")
+    found = [] if report["verdict"] == UNEXPLAINED else report["effects"]
+    effects = {effect["name"]: percent(effect["probability"]) for effect in found}
+    # a wide interval makes nothing disagree
+    reasons = [
+        f"{words(name)} ({effects[name]})" if name in effects else _FAULTS.get(name, words(name))
+        for name in procedure["because"]
+        if name != _TOO_WIDE
+    ]
+    word, why = ("disagrees", "because") if procedure["disagrees"] else ("agrees", "in spite")
+    text = f"{with_interval(procedure['friction'])}\n{word}"
+    text += f", {why} of {listed(reasons)}" if reasons else ""
+    wide = "; its interval is too wide, as successive drops share a peak"
+    return text + wide if _TOO_WIDE in procedure["because"] else text
 
 
 def _reference(check: Mapping[str, Any], unit: str) -> str:

@@ -83,7 +83,7 @@ def test_clipped_says_how_much(
     time, signal = (array[20:] for array in decay())
     record = write_csv("decay.csv", time, np.clip(signal, -1.0, 0.015), "displacement_m")
     share = np.mean(signal >= 0.015)
-    assert f"{share:.2%}" in refused(capsys, "estimate", str(record), *SYSTEM)
+    assert f"{100.0 * share:.2f} %" in refused(capsys, "estimate", str(record), *SYSTEM)
 
 
 OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {

@@ -160,7 +160,7 @@ def test_without_threshold_and_times(
     ("discount", "said"),
     [
         (1.0, "all points so far count alike"),
-        (0.8, "20% of what was known from point to point: about 5 points"),
+        (0.8, "20 % of what was known from point to point: about 5 points"),
     ],
 )
 def test_memory_is_reported_in_points(discount: float, said: str) -> None:

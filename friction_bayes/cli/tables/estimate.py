@@ -159,4 +159,4 @@ def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
 
 
 def _percent(share: float) -> str:
-    return f"{share:+.2%}" if abs(share) < 1.0 else f"x {1.0 + share:.0f}"
+    return f"{100.0 * share:+.2f} %" if abs(share) < 1.0 else f"x {1.0 + share:.0f}"

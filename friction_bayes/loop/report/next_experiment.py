@@ -122,11 +122,10 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
     rivals = listed(names[1:], "or")
     chosen, score = decided[0][best], scores[best]
     if score < logit(settings.SETTINGS.credible_mass):
-        return (
-            f"No single further record is expected to separate {names[0]} from {rivals}; "
-            f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}"
-            f"{_difference_in_friction(candidates)}."
-        )
+        text = f"No single further record is expected to separate {names[0]} from {rivals}"
+        if (factor := f"{math.exp(score):.2g}") != "1":
+            text += f"; the best, {chosen.what}, is expected to shift the odds by a factor {factor}"
+        return f"{text}{_difference_in_friction(candidates)}."
     factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
     return (
         f"Add {chosen.what}: it is expected to separate {names[0]} from {rivals} by a Bayes factor of "

@@ -442,7 +442,7 @@ def test_records_and_samples_the_wrong_way_round_are_refused(
 ) -> None:
     turned = kind(records("displacement", count).T)
     with pytest.raises(
-        InputError, match=r"0% of the rows hold a decay, and (100|67)% of the columns; give \(rec"
+        InputError, match=r"0 % of the rows hold a decay, and (100|67) % of the columns; give \(rec"
     ):
         plain_batch(turned, SYSTEM, sampling_rate=RATE).compute()
 

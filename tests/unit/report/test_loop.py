@@ -316,7 +316,10 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     assert reported["residual before"].endswith("fails 1 of 2 tests: correlation between samples")
     assert reported["residual after"].endswith("passes all 1 tests")
     assert reported["sensor noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
-    assert "disagrees, because of viscous damping and successive drops" in reported["paper's procedure"]
+    assert reported["paper's procedure"].endswith(
+        "\ndisagrees, because of viscous damping (71.0 %); its interval is too wide, as successive drops "
+        "share a peak"
+    )
     assert "inside the 90 % interval; error +30 % before, +6 % after" in reported["reference"]
     assert "next experiment" in reported
     assert reported["random force"].startswith(
