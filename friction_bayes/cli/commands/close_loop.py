@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 __all__ = ["add_parser"]
 
 _EPILOG = """verdicts:
-  adequate     Coulomb friction alone leaves only noise
+  adequate     Coulomb friction alone leaves only noise, and what a sensor adds to any motion
   explained    one set of effects holds at least 95 % of the probability
   ambiguous    several sets hold it together; the next experiment would separate them
   unexplained  what is left, the forecast, or records or witnesses at odds forbid to use the number

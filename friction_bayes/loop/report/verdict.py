@@ -10,7 +10,10 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = [
     "AMBIGUOUS",
@@ -25,6 +28,8 @@ AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
 FORECAST = "forecast"
 """A forecast may be worse than another by chance: a reason for doubt, not proof that the law is wrong."""
+_ADDED = {SENSOR_OFFSET.name, SENSOR_DRIFT.name, PERIODIC_INTERFERENCE.name}
+"""What a sensor adds to any motion in the same way, which says nothing of the law."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
@@ -98,10 +103,10 @@ def verdict(
 ) -> str:
     """Return the verdict.
 
-    Coulomb friction alone, with or without a random force, is adequate where the candidates with together
-    95 % agree on friction, whether another effect acts or not; but not where friction itself is so uncertain
-    that all agree. An effect explains a record where it has 95 % by itself. No law explains a record that it
-    forecasts worse than Coulomb friction alone.
+    Coulomb friction alone, with or without a random force and what a sensor adds to any motion, is adequate
+    where the candidates with together 95 % agree on friction, whether another effect acts or not; but not
+    where friction itself is so uncertain that all agree. Effects explain a record where they have 95 % by
+    themselves. No law explains a record that it forecasts worse than Coulomb friction alone.
 
     Parameters
     ----------
@@ -119,7 +124,8 @@ def verdict(
         return UNEXPLAINED
     if against:
         return AMBIGUOUS
-    if sets[0] <= {RANDOM_FORCE.name}:
-        known = min(float(probabilities[agrees].sum()), rubs) >= settings.SETTINGS.credible_mass
-        return "adequate" if known else AMBIGUOUS
-    return "explained" if probabilities[0] >= settings.SETTINGS.credible_mass else AMBIGUOUS
+    least, effects = settings.SETTINGS.credible_mass, sets[0] - {RANDOM_FORCE.name}
+    if effects and probabilities[0] >= least:
+        return "explained"
+    known = min(float(probabilities[agrees].sum()), rubs) >= least
+    return "adequate" if known and effects <= _ADDED else AMBIGUOUS

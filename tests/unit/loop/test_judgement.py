@@ -21,6 +21,7 @@ NONE: frozenset[str] = frozenset()
 VISCOUS = frozenset({"viscous_damping"})
 DRIFT = frozenset({"friction_drift"})
 FORCE = frozenset({"random_force"})
+OFFSET = frozenset({"sensor_offset"})
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +44,16 @@ def ambiguous() -> LoopReport:
         ([VISCOUS, VISCOUS | FORCE], [0.94, 0.06], "ambiguous"),
         ([VISCOUS | FORCE, VISCOUS], [0.96, 0.04], "explained"),
         ([VISCOUS, DRIFT | FORCE], [0.9, 0.1], "ambiguous"),
+        ([OFFSET, OFFSET | DRIFT], [0.91, 0.09], "adequate"),
+        ([OFFSET | FORCE, OFFSET | DRIFT], [0.91, 0.09], "adequate"),
+        ([OFFSET, OFFSET | VISCOUS], [0.91, 0.09], "ambiguous"),
+        ([OFFSET, OFFSET | VISCOUS], [0.96, 0.04], "explained"),
+        ([OFFSET | DRIFT, OFFSET], [0.91, 0.09], "ambiguous"),
+        ([frozenset({"sensor_nonlinearity"}), DRIFT], [0.91, 0.09], "ambiguous"),
     ],
 )
 def test_verdict_follows_the_rule(sets: list[frozenset[str]], probabilities: list[float], word: str) -> None:
-    agrees = np.array([names <= FORCE or names == DRIFT for names in sets])
+    agrees = np.array([not names & VISCOUS for names in sets])
     assert verdict(sets, np.array(probabilities), agrees, (), 0.99) == word
     # friction that may be none is not known, whatever agrees on that
     doubted = "ambiguous" if word == "adequate" else word
