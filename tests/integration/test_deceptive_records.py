@@ -134,7 +134,7 @@ def test_what_is_not_one_mode_is_refused(
     noisy = signal + rng.normal(0.0, NOISE_SD, TIME.size)
     for command in ("estimate", "close-loop"):
         line = run(command, noisy)
-        reported = re.search(r"oscillations at (\S+) and (\S+) rad/s, the second \d+% as strong", line)
+        reported = re.search(r"oscillations at (\S+) and (\S+) rad/s, the second \d+ % as strong", line)
         assert reported, line
         assert [float(found) for found in reported.groups()] == pytest.approx(frequencies, rel=0.03)
 
