@@ -29,7 +29,7 @@ from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
 from scipy.special import expit, gammainc, softmax
 
-from friction_bayes.core.arrays import Array, Complexes
+from friction_bayes.core.arrays import Array, Complexes, Mask
 from friction_bayes.estimators.noise.recording_filters import (
     FilterKind,
     RecordingFilter,
@@ -37,6 +37,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     kinds_for,
     margin,
 )
+from friction_bayes.estimators.noise.unlisted_filter import Likeness, likeness
 from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
 from friction_bayes.statespace.force_grid import humps
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
@@ -76,6 +77,7 @@ _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
+_HALF = 0.5
 _PRIOR = 0.01
 """Prior probability that noise which is not white was filtered in one of the ways known here."""
 
@@ -89,10 +91,13 @@ class FoundKind(NamedTuple):
         Of the kind.
     filters : sequence of (float, RecordingFilter)
         All that were tried, the most probable first, with their log evidence.
+    unlisted : sequence of Likeness
+        Filters of other kinds that resemble the first.
     """
 
     name: str
     filters: Sequence[tuple[float, RecordingFilter]]
+    unlisted: Sequence[Likeness] = ()
 
     @property
     def log_evidence(self) -> float:
@@ -116,9 +121,15 @@ class FoundFilters:
     log_other: float = 0.0
 
     @property
+    def unlisted(self) -> list[Likeness]:
+        """Filters of other kinds."""
+        return [each for kind in self.kinds for each in kind.unlisted]
+
+    @property
     def probability(self) -> float:
         """That there was a filter."""
-        return float(expit(_log_sum([kind.log_evidence for kind in self.kinds]) - self.log_other))
+        found = [kind.log_evidence for kind in self.kinds] + [each.log_evidence for each in self.unlisted]
+        return float(expit(_log_sum(found) - self.log_other))
 
     @property
     def likely(self) -> list[tuple[float, RecordingFilter]]:
@@ -172,15 +183,30 @@ def likely_filters(
     through = Through(np.column_stack([columns, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
-    def log_evidence(filter_: RecordingFilter) -> float:
+    def behind(filter_: RecordingFilter) -> tuple[Array, float]:
         shown = through.rows(filter_, whitener)[:, inner][:, -filled.size :]
-        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner], filter_)
+        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner])
+
+    def log_evidence(filter_: RecordingFilter) -> float:
+        power, price = behind(filter_)
+        return spectra.of_response(power, filter_) - price
 
     found = []
+    log_kind = math.log(_PRIOR / (len(kinds) + 1))
     for kind in kinds:
         if only in {None, kind.name}:
-            log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
+            log_prior = log_kind - math.log(kind.sizes.size)
             found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence))
+    if only is None:
+        log_like = math.log(len(kinds))
+        for k, kind in enumerate(found):
+            if kind.log_evidence > log_other:
+                nearest = kind.filters[0][1]
+                alike = spectra.likeness(behind(nearest)[0], nearest)
+                own = kind.log_evidence - log_like
+                found[k] = kind._replace(
+                    unlisted=[each._replace(log_evidence=own + each.log_evidence) for each in alike]
+                )
     return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
 
 
@@ -315,10 +341,10 @@ class _Spectra:
 
     def of_noise(self, filter_: RecordingFilter) -> float:
         """Log evidence of a filter if corners have any shape, by the noise alone."""
-        return self._of_response(self._noise, filter_)
+        return self.of_response(self._noise, filter_)
 
-    def behind(self, signal: Array, shown: Array, memory: Array, filter_: RecordingFilter) -> float:
-        """Log evidence of a filter.
+    def behind(self, signal: Array, shown: Array, memory: Array) -> tuple[Array, float]:
+        """Spectrum of what is left behind a filter, and the price of the coefficients fitted.
 
         Parameters
         ----------
@@ -328,14 +354,26 @@ class _Spectra:
             Columns of the law behind the filter, the last one known, whitened.
         memory : ndarray, shape (q, samples)
             Of the filter, not whitened; what came after the record hardly shows under tapers.
-        filter_ : RecordingFilter
         """
         rows = shown[:-1]
         if len(memory):
             rows = np.vstack([rows, self.whitened(memory)])
         power = self._power(self._left(signal - shown[-1], rows))
-        prices = self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
-        return self._of_response(power, filter_) - prices
+        return power, self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
+
+    def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
+        """Filters of other kinds that resemble one, relative to it; none if it lets all slow motions through."""
+        passed = np.abs(filter_.response(self._grid)) ** 2
+        less = self._grid[passed < _HALF]
+        if less.size == 0 or less[0] < self._angle:
+            return []
+        shape, shows = self._expected(passed), self._shows(power)
+        shapes = shape + _LATER[:, None] * self._white
+        best = shapes[np.argmax(self._log_likelihood(power, shapes))][shows]
+        over = power[shows] / best
+        return likeness(
+            over / over.mean(), shape[shows] / best, self._omega[shows], less[0], filter_, _TAPERS
+        )
 
     def whitener_at(self, omega: Array) -> Complexes:
         """Response of the whitening filter at frequencies, shape (m,)."""
@@ -375,7 +413,8 @@ class _Spectra:
         """Expectation of the estimates, once whitened, of a spectral density on the grid."""
         return np.asarray(rfft(irfft(shape * self._gain) * self._window).real[2 * self._places])
 
-    def _of_response(self, power: Array, filter_: RecordingFilter) -> float:
+    def of_response(self, power: Array, filter_: RecordingFilter) -> float:
+        """Log likelihood of a spectrum behind a filter."""
         shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
         return self._averaged(power, shape, self._white)
 
@@ -384,14 +423,16 @@ class _Spectra:
         shapes = shape + _LATER[:, None] * white
         return _log_mean(self._log_likelihood(power, shapes))
 
+    def _shows(self, power: Array) -> Mask:
+        shows = power > self._least
+        return shows if shows.any() else np.ones_like(shows)
+
     def _log_likelihood(self, power: Array, shapes: Array) -> Array:
         """For spectra of these shapes, (m, frequencies), the level of each fitted where power shows.
 
         Where it does not show, it is known to be less than the least that does, with any phases.
         """
-        shows = power > self._least
-        if not shows.any():
-            shows[:] = True
+        shows = self._shows(power)
         level = np.mean(power[shows] / shapes[:, shows], axis=1, keepdims=True)
         least = self._least[~shows]
         below = gammainc(_TAPERS, _TAPERS * least / (level * shapes[:, ~shows]))

@@ -9,7 +9,7 @@ trajectory too where that explains the record better, as for a slight force.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -29,9 +29,11 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
+from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.estimators.noise.unlisted_filter import gains_of
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
@@ -68,6 +70,8 @@ class NoiseAccount:
         Whether the corners of the motion may have any shape.
     filter : RecordingFilter or None
         Behind which the sensor shows the motion; the coefficient is that of the motion before it.
+    unlisted_gain : float or None
+        Gain of a filter that is not listed, of which no more is known.
     probability : float
         Of this account.
     coefficient : Mixture
@@ -85,6 +89,7 @@ class NoiseAccount:
     _part: _Evaluated = field(repr=False)
     _prepared: PreparedDecay = field(repr=False)
     probability: float
+    unlisted_gain: float | None = None
 
     @property
     def coloured(self) -> bool:
@@ -109,7 +114,8 @@ class NoiseAccount:
     @property
     def gain(self) -> float:
         """Gain from the motion to the recording."""
-        return 1.0 if self.filter is None else self.filter.gain
+        known = 1.0 if self.filter is None else self.filter.gain
+        return known if self.unlisted_gain is None else known * self.unlisted_gain
 
     @property
     def of_known_noise(self) -> bool:
@@ -126,6 +132,8 @@ class NoiseAccount:
         words += ["a random force"] if self.forced else []
         words += ["corners of any shape"] if self.free_corners else []
         words += [f"behind {self.filter.name}"] if self.filter is not None else []
+        if self.unlisted_gain is not None:
+            words += [f"behind a filter of another kind with a gain of {self.unlisted_gain:.3g}"]
         return ", ".join(words)
 
     @cached_property
@@ -147,7 +155,8 @@ class NoiseAccount:
     @property
     def _unit(self) -> float:
         # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
-        return self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
+        unit = self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
+        return unit if self.unlisted_gain is None else unit / self.unlisted_gain
 
     @cached_property
     def coefficient(self) -> Mixture:
@@ -230,11 +239,25 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
             shapes = _under_white_noise(prepared, fit)
         shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
     evaluated = _evaluate(prepared, shapes)
+    found = [_Found(part, share) for part, share in evaluated]
     if not _white_noise_explains(evaluated):
-        behind = _behind(prepared, fit)
-        rest = 1.0 - sum(share for _, share in behind)
-        evaluated = [*((part, share * rest) for part, share in evaluated), *behind]
-    return tuple(NoiseAccount(part, prepared, share) for part, share in evaluated)
+        behind = _behind(prepared, fit, evaluated)
+        rest = 1.0 - sum(each.value for each in behind)
+        found = [*(each._replace(value=each.value * rest) for each in found), *behind]
+    return tuple(NoiseAccount(each.part, prepared, each.value, each.gain) for each in found)
+
+
+class _Found(NamedTuple):
+    """An account with its probability or log evidence; gain of a filter that is not listed, if there is one."""
+
+    part: _Evaluated
+    value: float
+    gain: float | None = None
+
+    @property
+    def is_filter_alone(self) -> bool:
+        """Whether a filter explains the record without a force, or may be one that is not listed."""
+        return self.gain is not None or not self.part.has_force
 
 
 class _Shape(NamedTuple):
@@ -252,7 +275,9 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
     return float(expit(force - none))
 
 
-def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float]]:
+def _behind(
+    prepared: PreparedDecay, laid: Laid, evaluated: Sequence[tuple[_Evaluated, float]]
+) -> list[_Found]:
     """Accounts behind filters, with their probabilities.
 
     The spectra compare filters above the motion's frequency, all along one motion, and a record is no
@@ -261,37 +286,77 @@ def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float
     filter is identified as far as there may be none.
     """
     filters = prepared.filters_along(laid)
+    found = _behind_unlisted(filters, evaluated)
+    log_none = _log_sum_of(each.value for each in found if not each.part.has_force)
     likely = {each.name for _, each in filters.likely}
-    found: list[_Evaluated] = []
-    values: list[float] = []
-    log_none = -math.inf
     for kind in filters.kinds:
         if kind.log_evidence < filters.log_other + math.log(SLIGHT):
             break
         sizes = sum(each.name in likely for _, each in kind.filters)
         # an unlikely one has to leave no force where likely ones leave one
-        if sizes == 0 and kind.log_evidence < log_none:
-            break
-        behind = prepared.behind(kind, laid)[: sizes or None]
-        shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
-        # one sensor has one, and its estimate varies more than filters of a kind differ
-        floor = float(np.median([shape.still.noise_floor for shape in shapes]))
-        for (share, _), shape in zip(behind, shapes, strict=True):
-            parts = _under_floor(prepared, [shape], floor)
-            of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
-            for part in parts:
-                found.append(part)
-                values.append(kind.log_evidence + math.log(share) + part.log_evidence - of_force)
-                if not part.has_force:
-                    log_none = np.logaddexp(log_none, values[-1])
+        best = _log_sum_of([kind.log_evidence, *(each.log_evidence for each in kind.unlisted)])
+        if sizes == 0 and best < log_none:
+            continue
+        found += _behind_listed(prepared, laid, kind, sizes or None)
+        log_none = _log_sum_of(each.value for each in found if not each.part.has_force)
     if not found:
         return []
-    shares = (filters.probability * softmax(values)).tolist()
-    without = sum(share for part, share in zip(found, shares, strict=True) if not part.has_force)
-    return [
-        (part, share * without if part.has_force else share)
-        for part, share in zip(found, shares, strict=True)
+    shares = (filters.probability * softmax([each.value for each in found])).tolist()
+    without = sum(share for each, share in zip(found, shares, strict=True) if each.is_filter_alone)
+    found = [
+        each._replace(value=share if each.is_filter_alone else share * without)
+        for each, share in zip(found, shares, strict=True)
     ]
+    # where the listed ones leave a force, another filter may have made the corners what they are
+    rest = filters.probability - sum(each.value for each in found)
+    free = [(k, share) for k, each in enumerate(found) for part, share in evaluated if each.part is part]
+    total = sum(share for _, share in free)
+    for k, share in free:
+        found[k] = found[k]._replace(value=found[k].value + rest * share / total)
+    return found
+
+
+def _behind_listed(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
+    """Accounts behind the most probable filters of a kind, with their log evidence."""
+    behind = prepared.behind(kind, laid)[:sizes]
+    shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
+    # one sensor has one, and its estimate varies more than filters of a kind differ
+    floor = float(np.median([shape.still.noise_floor for shape in shapes]))
+    found = []
+    for number, ((share, _), shape) in enumerate(zip(behind, shapes, strict=True)):
+        parts = _under_floor(prepared, [shape], floor)
+        of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
+        log_kind = kind.log_evidence + math.log(share) - of_force
+        found += [_Found(part, log_kind + part.log_evidence) for part in parts]
+        if number == 0 and kind.unlisted:
+            own = shape.still.laid.filter
+            gains = [gain / own.gain for gain in gains_of(kind.unlisted)]
+            log_gain = _log_sum_of(each.log_evidence for each in kind.unlisted) - math.log(len(gains)) - of_force
+            found += [_Found(part, log_gain + part.log_evidence, gain) for part in parts for gain in gains]
+    return found
+
+
+def _behind_unlisted(
+    filters: FoundFilters, evaluated: Sequence[tuple[_Evaluated, float]]
+) -> list[_Found]:
+    """Accounts behind a filter that is not listed, with their log evidence.
+
+    It has made the noise what it is, and the corners: without knowing it, both may be anything, and no more
+    than its gain is known.
+    """
+    parts = [(part, share) for part, share in evaluated if not part.of_white_noise and share > 0.0]
+    if not filters.unlisted or not parts:
+        return []
+    total = sum(share for _, share in parts)
+    # those that are like a listed one have corners like it
+    unlike = [kind.unlisted[-1] for kind in filters.kinds if kind.unlisted]
+    gains = gains_of(unlike)
+    log_gain = _log_sum_of(each.log_evidence for each in unlike) - math.log(len(gains) * total)
+    return [_Found(part, log_gain + math.log(share), gain) for part, share in parts for gain in gains]
+
+
+def _log_sum_of(logarithms: Iterable[float]) -> float:
+    return float(np.logaddexp.reduce([-math.inf, *logarithms]))
 
 
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
