@@ -434,7 +434,9 @@ def _random_force_notes(fit: Fit) -> list[str]:
             "that the model lacks, or wrong time stamps; closing the loop looks for it"
         )
     test = force.innovations
-    if not test.white:
+    best = max((each for each in fit.accounts if each.forced), key=lambda each: each.probability)
+    # noise that is taken to be white where it is weaker cannot leave white residuals
+    if not (test.white or best.weaker_above):
         notes.append(
             "even so the residuals are not white noise: successive ones correlate at "
             f"{test.lag1:.3f}: the model lacks an effect; closing the loop looks for it"

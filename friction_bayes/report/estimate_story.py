@@ -74,16 +74,17 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     noise, force = result["noise"], result["random_force"]
     text = f"{noise['model']} noise of the sensor"
     text += behind_filter(noise["filter"])
-    if noise["filter"] is None and noise["model"] == "coloured":
-        text += ", as behind a filter, which may also have made amplitudes and friction too small"
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"
     elif force["probability"] > _WORTH_A_WORD:
         text += f"; a force that fluctuates cannot be excluded: {_random_force(result)}"
+    if noise["filter"] is None and noise["model"] == "coloured":
+        text += "; a filter that colours noise may also have made amplitudes and friction too small"
     if noise["probability_of_free_corners"] > _LIKELY:
         text += (
-            "; the turning points do not have the shape that dry friction gives them, as behind a filter or "
-            "under other forces, and say nothing of friction"
+            f"; the turning points (probability {percent(noise['probability_of_free_corners'])}) do not have "
+            "the shape that dry friction gives them, as behind a filter or under other forces, and say "
+            "nothing of friction"
         )
     return text
 
@@ -146,6 +147,6 @@ def behind_filter(filter_: Mapping[str, Any] | None) -> str:
     """Say which filter the record went through, as the end of a sentence; empty where there is none."""
     if filter_ is None:
         return ""
-    return (
-        f", behind {filter_['name']}: the {1.0 - filter_['gain']:.2%} that it takes of the motion is put back"
-    )
+    lost = f"{100.0 * (1.0 - filter_['gain']):.2f}"
+    put_back = "" if lost == "0.00" else f": the {lost} % that it takes of the motion is put back"
+    return f", behind {filter_['name']}{put_back}"

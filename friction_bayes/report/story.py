@@ -122,7 +122,9 @@ def _verdict(report: Report, records: int) -> str:
         tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in credible]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
-        return f"{what.capitalize()} cannot separate {listed(tied)}; friction is averaged over them.{known}"
+        shared = [name for name in best["effects"] if all(name in c["effects"] for c in credible)]
+        over = f"all have {set_words(shared)}, and " * bool(shared) + "friction is averaged over them"
+        return f"{what.capitalize()} cannot separate {listed(tied)}; {over}.{known}"
     against = _doubts(report, what)
     # a sentence begins with it
     against = against[0].upper() + against[1:]

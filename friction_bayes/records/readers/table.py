@@ -128,8 +128,7 @@ def record_from_table(
         time, values if factor == 1.0 else factor * values, kind.name, unit=unit, name=chosen
     )
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
-    named = signal_name if signal_name.endswith(f"[{unit}]") else f"{signal_name} [{unit}]"
-    record.attrs["read"] = f"{named} {clock}"
+    record.attrs["read"] = f"{_with_unit(signal_name, unit)} {clock}"
     rows = column.rows
     if duplicates is not None:
         record, first = without_doubled_times(record, duplicates)
@@ -342,5 +341,10 @@ def _named_clock(place: str, name: str, clock: Column) -> str:
     """Say which column the times are from, and in which unit."""
     if clock.since is not None:
         return f"{name} [s since {clock.since}]"
-    unit = _time_unit(place, name, clock)
-    return name if name.endswith(f"[{unit}]") else f"{name} [{unit}]"
+    return _with_unit(name, _time_unit(place, name, clock))
+
+
+def _with_unit(name: str, unit: str) -> str:
+    """A column's name with its unit; a name that is a number is that of a column without a header."""
+    named = f"column {name}" if name.isdigit() else name
+    return named if named.endswith(f"[{unit}]") else f"{named} [{unit}]"

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
+from scipy import signal
 
 import friction_bayes as fb
-from filtered_decays import SYSTEM, filtered
+from filtered_decays import SYSTEM, decay, filtered
+from friction_bayes.estimators.result import force_notes
 
 
 @pytest.mark.parametrize(("quantity", "corner"), [("acceleration", 12.0), ("velocity", 8.0)])
@@ -30,3 +35,17 @@ def test_what_is_silent_above_its_filter_is_no_white_noise() -> None:
     assert found.fit.noise_model == "coloured"
     assert not any("not white noise" in note for note in found.notes)
     assert found.friction.mean() == pytest.approx(1.0, rel=1e-3)
+
+
+def test_a_force_next_to_coloured_noise_is_not_doubted_for_residuals_of_its_colour() -> None:
+    clean = decay("acceleration", duration=2.8, rate=250.0)
+    drawn = np.random.default_rng(3).normal(0.0, 0.06, clean.size)
+    noisy = clean.copy(data=clean.values + signal.lfilter([0.44], [1.0, -0.9], drawn))
+    found = fb.estimate(noisy, SYSTEM)
+    best = max((each for each in found.fit.accounts if each.forced), key=lambda each: each.probability)
+    assert best.weaker_above
+    assert not best.innovations.white
+    likely = replace(found.fit, random_force=replace(found.fit.random_force, probability=0.9))
+    notes = force_notes(found.decay, likely)
+    assert any("can pass for such a force" in note for note in notes)
+    assert not any("not white noise" in note for note in notes)

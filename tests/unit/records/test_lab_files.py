@@ -200,3 +200,10 @@ def test_a_title_of_as_many_words_names_no_columns(tmp_path: Path) -> None:
     path.write_text("Pendulum today\n" + "\n".join("\t".join(row) for row in ROWS))
     with pytest.raises(InputError, match="there is no header line above the numbers of column 0, 1"):
         read_record(path)
+
+
+def test_columns_without_a_header_are_said_to_be_columns(tmp_path: Path) -> None:
+    path = tmp_path / "bare.txt"
+    path.write_text("\n".join(map(" ".join, ROWS)))
+    record = fb.read_record(path, time_column="0", signal_column="1", quantity="displacement", unit="mm")
+    assert record.attrs["read"] == "column 1 [mm] over column 0 [s]"

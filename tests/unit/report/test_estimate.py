@@ -67,3 +67,25 @@ def test_several_records_have_a_table_first_and_figures_each(entry: EstimatedRec
     assert page.index('<th scope="col">frequency</th>') < page.index("<img ")
     assert "&lt;b&gt;other&lt;/b&gt;" in page
     assert "<b>other" not in page
+
+
+def test_what_the_interval_rests_on_is_one_clause_each(entry: EstimatedRecord) -> None:
+    force = {
+        "probability": 0.97,
+        "sd": entry.result["friction"],
+        "share_of_friction": 0.2,
+        "correlation_time": entry.result["friction"],
+    }
+    noise = {"model": "coloured", "filter": None, "probability_of_free_corners": 0.58}
+
+    def rests_on(**changed: object) -> str:
+        result = entry.result | {"random_force": force, "noise": entry.result["noise"] | noise | changed}
+        return dict(estimate_story(result))["it rests on"]
+
+    assert rests_on().startswith("coloured noise of the sensor and a force that fluctuates: probability 97")
+    assert "; a filter that colours noise may also have" in rests_on()
+    assert "the turning points (probability 58.0 %) do not" in rests_on()
+    gained = rests_on(filter={"name": "a moving mean", "gain": 0.9874})
+    assert "sensor, behind a moving mean: the 1.26 % that it takes of the motion is put back and" in gained
+    kept = rests_on(filter={"name": "a moving mean", "gain": 1.0 - 1e-9})
+    assert "sensor, behind a moving mean and a force" in kept

@@ -271,6 +271,16 @@ def test_one_law_with_and_without_a_random_force_is_said_to_be_that(loop_report:
     assert "a longer record or a further release" in sentence
 
 
+def test_effects_that_no_probable_candidate_lacks_are_not_in_doubt(loop_report: LoopReport) -> None:
+    candidates = [
+        {"effects": ["sensor_drift"], "probability": 0.9},
+        {"effects": ["asymmetric_friction", "sensor_drift"], "probability": 0.08},
+        {"effects": [], "probability": 0.02},
+    ]
+    sentence = verdict_sentence(replace(loop_report, verdict="ambiguous", candidates=candidates).to_dict())
+    assert "sensor drift (8.0 %); all have sensor drift, and friction is averaged over them." in sentence
+
+
 def test_the_headline_says_at_once_that_friction_is_agreed_on(
     loop_report: LoopReport, drawn: Mapping[str, bytes]
 ) -> None:
