@@ -29,7 +29,7 @@ from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
 from scipy.special import expit, gammainc, softmax
 
-from friction_bayes.core.arrays import Array, Complexes, Mask
+from friction_bayes.core.arrays import Array, Complexes
 from friction_bayes.estimators.noise.recording_filters import (
     FilterKind,
     RecordingFilter,
@@ -77,7 +77,6 @@ _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
-_HALF = 0.5
 _PRIOR = 0.01
 """Prior probability that noise which is not white was filtered in one of the ways known here."""
 
@@ -104,6 +103,11 @@ class FoundKind(NamedTuple):
         """Of the kind."""
         return _log_sum([value for value, _ in self.filters])
 
+    @property
+    def log_unlisted(self) -> float:
+        """Log evidence of filters of other kinds that resemble it."""
+        return _log_sum([-math.inf, *(each.log_evidence for each in self.unlisted)])
+
 
 @dataclass(frozen=True, eq=False)
 class FoundFilters:
@@ -121,14 +125,9 @@ class FoundFilters:
     log_other: float = 0.0
 
     @property
-    def unlisted(self) -> list[Likeness]:
-        """Filters of other kinds."""
-        return [each for kind in self.kinds for each in kind.unlisted]
-
-    @property
     def probability(self) -> float:
         """That there was a filter."""
-        found = [kind.log_evidence for kind in self.kinds] + [each.log_evidence for each in self.unlisted]
+        found = [each for kind in self.kinds for each in (kind.log_evidence, kind.log_unlisted)]
         return float(expit(_log_sum(found) - self.log_other))
 
     @property
@@ -191,22 +190,22 @@ def likely_filters(
         power, price = behind(filter_)
         return spectra.of_response(power, filter_) - price
 
-    found = []
+    def with_unlisted(kind: FoundKind) -> FoundKind:
+        nearest = kind.filters[0][1]
+        log_like = kind.log_evidence - math.log(len(kinds))
+        alike = spectra.likeness(behind(nearest)[0], nearest)
+        return kind._replace(
+            unlisted=[each._replace(log_evidence=log_like + each.log_evidence) for each in alike]
+        )
+
+    found: list[FoundKind] = []
     log_kind = math.log(_PRIOR / (len(kinds) + 1))
     for kind in kinds:
         if only in {None, kind.name}:
             log_prior = log_kind - math.log(kind.sizes.size)
             found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence))
     if only is None:
-        log_like = math.log(len(kinds))
-        for k, kind in enumerate(found):
-            if kind.log_evidence > log_other:
-                nearest = kind.filters[0][1]
-                alike = spectra.likeness(behind(nearest)[0], nearest)
-                own = kind.log_evidence - log_like
-                found[k] = kind._replace(
-                    unlisted=[each._replace(log_evidence=own + each.log_evidence) for each in alike]
-                )
+        found = [with_unlisted(each) if each.log_evidence > log_other else each for each in found]
     return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
 
 
@@ -362,18 +361,16 @@ class _Spectra:
         return power, self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
 
     def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
-        """Filters of other kinds that resemble one, relative to it; none if it lets all slow motions through."""
+        """Filters of other kinds that resemble one, relative to it; none if that is no low pass."""
         passed = np.abs(filter_.response(self._grid)) ** 2
-        less = self._grid[passed < _HALF]
-        if less.size == 0 or less[0] < self._angle:
+        less, shows = self._grid[passed < 0.5], power > self._least
+        if less.size == 0 or less[0] < self._angle or not shows.any():
             return []
-        shape, shows = self._expected(passed), self._shows(power)
+        shape = self._expected(passed)
         shapes = shape + _LATER[:, None] * self._white
         best = shapes[np.argmax(self._log_likelihood(power, shapes))][shows]
-        over = power[shows] / best
-        return likeness(
-            over / over.mean(), shape[shows] / best, self._omega[shows], less[0], filter_, _TAPERS
-        )
+        over, share = power[shows] / best, shape[shows] / best
+        return likeness(over / over.mean(), share, self._omega[shows], float(less[0]), filter_, _TAPERS)
 
     def whitener_at(self, omega: Array) -> Complexes:
         """Response of the whitening filter at frequencies, shape (m,)."""
@@ -423,16 +420,14 @@ class _Spectra:
         shapes = shape + _LATER[:, None] * white
         return _log_mean(self._log_likelihood(power, shapes))
 
-    def _shows(self, power: Array) -> Mask:
-        shows = power > self._least
-        return shows if shows.any() else np.ones_like(shows)
-
     def _log_likelihood(self, power: Array, shapes: Array) -> Array:
         """For spectra of these shapes, (m, frequencies), the level of each fitted where power shows.
 
         Where it does not show, it is known to be less than the least that does, with any phases.
         """
-        shows = self._shows(power)
+        shows = power > self._least
+        if not shows.any():
+            shows[:] = True
         level = np.mean(power[shows] / shapes[:, shows], axis=1, keepdims=True)
         least = self._least[~shows]
         below = gammainc(_TAPERS, _TAPERS * least / (level * shapes[:, ~shows]))

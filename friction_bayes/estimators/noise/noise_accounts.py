@@ -9,7 +9,7 @@ trajectory too where that explains the record better, as for a slight force.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -33,7 +33,7 @@ from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundK
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
-from friction_bayes.estimators.noise.unlisted_filter import gains_of
+from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
@@ -42,10 +42,12 @@ from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.sampling.law_target import law_target
 
-__all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
+__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "noise_accounts"]
 
 SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
+UNLISTED = "a low pass of a kind that is not listed"
+"""Name of such a filter."""
 _NEGLIGIBLE = 1e-6
 """Probability below which coloured noise is not evaluated further."""
 _QUIETEST = 1e-3
@@ -70,8 +72,8 @@ class NoiseAccount:
         Whether the corners of the motion may have any shape.
     filter : RecordingFilter or None
         Behind which the sensor shows the motion; the coefficient is that of the motion before it.
-    unlisted_gain : float or None
-        Gain of a filter that is not listed, of which no more is known.
+    unlisted : float or None
+        Gain of a filter that is not listed, over that of ``filter`` which it resembles.
     probability : float
         Of this account.
     coefficient : Mixture
@@ -89,7 +91,7 @@ class NoiseAccount:
     _part: _Evaluated = field(repr=False)
     _prepared: PreparedDecay = field(repr=False)
     probability: float
-    unlisted_gain: float | None = None
+    unlisted: float | None = None
 
     @property
     def coloured(self) -> bool:
@@ -115,13 +117,13 @@ class NoiseAccount:
     def gain(self) -> float:
         """Gain from the motion to the recording."""
         known = 1.0 if self.filter is None else self.filter.gain
-        return known if self.unlisted_gain is None else known * self.unlisted_gain
+        return known if self.unlisted is None else known * self.unlisted
 
     @property
     def of_known_noise(self) -> bool:
         """Whether its noise is white, or filtered white noise, and there is no force."""
         plain = not (self.coloured or self.weaker_above or self.free_corners)
-        return not self.forced and (plain or self.filter is not None)
+        return not self.forced and self.unlisted is None and (plain or self.filter is not None)
 
     @property
     def name(self) -> str:
@@ -131,9 +133,10 @@ class NoiseAccount:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
         words += ["corners of any shape"] if self.free_corners else []
-        words += [f"behind {self.filter.name}"] if self.filter is not None else []
-        if self.unlisted_gain is not None:
-            words += [f"behind a filter of another kind with a gain of {self.unlisted_gain:.3g}"]
+        if self.unlisted is not None:
+            words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
+        if self.filter is not None:
+            words += [f"{'behind' if self.unlisted is None else 'like'} {self.filter.name}"]
         return ", ".join(words)
 
     @cached_property
@@ -156,7 +159,7 @@ class NoiseAccount:
     def _unit(self) -> float:
         # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
         unit = self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
-        return unit if self.unlisted_gain is None else unit / self.unlisted_gain
+        return unit if self.unlisted is None else unit / self.unlisted
 
     @cached_property
     def coefficient(self) -> Mixture:
@@ -248,15 +251,15 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
 
 
 class _Found(NamedTuple):
-    """An account with its probability or log evidence; gain of a filter that is not listed, if there is one."""
+    """An account, its probability or log evidence, and the gain of a filter that is not listed."""
 
     part: _Evaluated
     value: float
     gain: float | None = None
 
     @property
-    def is_filter_alone(self) -> bool:
-        """Whether a filter explains the record without a force, or may be one that is not listed."""
+    def of_filter(self) -> bool:
+        """Whether a filter explains the record without a force, or one that is not listed may do so."""
         return self.gain is not None or not self.part.has_force
 
 
@@ -283,80 +286,85 @@ def _behind(
     The spectra compare filters above the motion's frequency, all along one motion, and a record is no
     evidence twice. Near that frequency, where a force explains whatever a filter leaves, the odds against a
     force compare them, each kind along its own motion. Spectra include no force behind a filter: with one, a
-    filter is identified as far as there may be none.
+    listed filter is identified as far as there may be none, and what is left is for one that is not listed.
     """
     filters = prepared.filters_along(laid)
-    found = _behind_unlisted(filters, evaluated)
-    log_none = _log_sum_of(each.value for each in found if not each.part.has_force)
+    free = _behind_unlisted(filters, evaluated)
+    found, log_none = list(free), _log_evidence_of_filters(free)
     likely = {each.name for _, each in filters.likely}
     for kind in filters.kinds:
         if kind.log_evidence < filters.log_other + math.log(SLIGHT):
             break
         sizes = sum(each.name in likely for _, each in kind.filters)
         # an unlikely one has to leave no force where likely ones leave one
-        best = _log_sum_of([kind.log_evidence, *(each.log_evidence for each in kind.unlisted)])
-        if sizes == 0 and best < log_none:
+        if sizes == 0 and max(kind.log_evidence, kind.log_unlisted) < log_none:
             continue
-        found += _behind_listed(prepared, laid, kind, sizes or None)
-        log_none = _log_sum_of(each.value for each in found if not each.part.has_force)
+        found += _behind_kind(prepared, laid, kind, sizes or None)
+        log_none = _log_evidence_of_filters(found)
     if not found:
         return []
     shares = (filters.probability * softmax([each.value for each in found])).tolist()
-    without = sum(share for each, share in zip(found, shares, strict=True) if each.is_filter_alone)
+    of_filter = sum(share for each, share in zip(found, shares, strict=True) if each.of_filter)
     found = [
-        each._replace(value=share if each.is_filter_alone else share * without)
+        each._replace(value=share if each.of_filter else share * of_filter)
         for each, share in zip(found, shares, strict=True)
     ]
-    # where the listed ones leave a force, another filter may have made the corners what they are
-    rest = filters.probability - sum(each.value for each in found)
-    free = [(k, share) for k, each in enumerate(found) for part, share in evaluated if each.part is part]
-    total = sum(share for _, share in free)
-    for k, share in free:
-        found[k] = found[k]._replace(value=found[k].value + rest * share / total)
+    if free:
+        rest = filters.probability - sum(each.value for each in found)
+        own = softmax([each.value for each in free]).tolist()
+        found[: len(free)] = [
+            each._replace(value=each.value + share * rest) for each, share in zip(found, own, strict=False)
+        ]
     return found
 
 
-def _behind_listed(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
-    """Accounts behind the most probable filters of a kind, with their log evidence."""
+def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
+    """Log evidence of filters without a force."""
+    return float(np.logaddexp.reduce([-math.inf, *(each.value for each in found if not each.part.has_force)]))
+
+
+def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
+    """Accounts behind the most probable filters of a kind, and behind others like the first."""
     behind = prepared.behind(kind, laid)[:sizes]
     shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
     # one sensor has one, and its estimate varies more than filters of a kind differ
     floor = float(np.median([shape.still.noise_floor for shape in shapes]))
-    found = []
-    for number, ((share, _), shape) in enumerate(zip(behind, shapes, strict=True)):
+    found: list[_Found] = []
+    for (share, _), shape in zip(behind, shapes, strict=True):
         parts = _under_floor(prepared, [shape], floor)
-        of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
-        log_kind = kind.log_evidence + math.log(share) - of_force
-        found += [_Found(part, log_kind + part.log_evidence) for part in parts]
-        if number == 0 and kind.unlisted:
-            own = shape.still.laid.filter
-            gains = [gain / own.gain for gain in gains_of(kind.unlisted)]
-            log_gain = _log_sum_of(each.log_evidence for each in kind.unlisted) - math.log(len(gains)) - of_force
-            found += [_Found(part, log_gain + part.log_evidence, gain) for part in parts for gain in gains]
+        log_force = logsumexp([part.log_evidence for part in parts if part.has_force])
+        log_kind = kind.log_evidence + math.log(share) - log_force
+        listed = [_Found(part, log_kind + part.log_evidence) for part in parts]
+        filter_ = shape.still.laid.filter
+        if not found and kind.unlisted and filter_ is not None:
+            found += _with_gains(listed, kind.unlisted, filter_.gain, kind.log_evidence + math.log(share))
+        found += listed
     return found
 
 
-def _behind_unlisted(
-    filters: FoundFilters, evaluated: Sequence[tuple[_Evaluated, float]]
-) -> list[_Found]:
-    """Accounts behind a filter that is not listed, with their log evidence.
+def _behind_unlisted(filters: FoundFilters, evaluated: Sequence[tuple[_Evaluated, float]]) -> list[_Found]:
+    """Accounts behind a filter that is unlike those listed.
 
-    It has made the noise what it is, and the corners: without knowing it, both may be anything, and no more
-    than its gain is known.
+    It has made noise and corners what they are, and no more than its gain is known.
     """
-    parts = [(part, share) for part, share in evaluated if not part.of_white_noise and share > 0.0]
-    if not filters.unlisted or not parts:
-        return []
-    total = sum(share for _, share in parts)
-    # those that are like a listed one have corners like it
+    parts = [_Found(part, math.log(share)) for part, share in evaluated if share and not part.of_white_noise]
     unlike = [kind.unlisted[-1] for kind in filters.kinds if kind.unlisted]
-    gains = gains_of(unlike)
-    log_gain = _log_sum_of(each.log_evidence for each in unlike) - math.log(len(gains) * total)
-    return [_Found(part, log_gain + math.log(share), gain) for part, share in parts for gain in gains]
+    if not parts or not unlike:
+        return []
+    return _with_gains(parts, unlike, 1.0, float(logsumexp([each.value for each in parts])))
 
 
-def _log_sum_of(logarithms: Iterable[float]) -> float:
-    return float(np.logaddexp.reduce([-math.inf, *logarithms]))
+def _with_gains(
+    found: Sequence[_Found], unlisted: Sequence[Likeness], known: float, log_known: float
+) -> list[_Found]:
+    """The same accounts behind filters that are not listed, in place of one of a known gain and evidence."""
+    gains = gains_of(unlisted)
+    log_each = logsumexp([each.log_evidence for each in unlisted]) - log_known - math.log(len(gains))
+    return [
+        each._replace(value=each.value + float(log_each), gain=gain / known)
+        for each in found
+        for gain in gains
+    ]
 
 
 def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:

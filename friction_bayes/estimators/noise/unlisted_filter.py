@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_solve
 from scipy.special import digamma, softmax
 
 from friction_bayes.conjugate.mixture import Mixture
@@ -38,8 +37,8 @@ _LEVEL_SD = 1.0
 """Of the logarithm of the noise's level, beforehand."""
 _GAINS = 7
 """How many of a distribution are evaluated."""
-_MOST_STEPS, _DONE = 50, 1e-3
-"""Of the iteration; evidence is not needed more accurately."""
+_DONE = 1e-3
+"""Change of the log density with which the iteration ends, and its least step."""
 
 
 class Likeness(NamedTuple):
@@ -90,9 +89,14 @@ def likeness(
         That one.
     tapers : int
         Estimates averaged in each.
+
+    Returns
+    -------
+    list of Likeness
+        From the least sd to the largest.
     """
     bins = np.unique(np.round(np.log(omega) / (_BIN * math.log(2.0))), return_inverse=True)[1]
-    count = np.bincount(bins)
+    count = np.bincount(bins).astype(np.float64)
     power, share, omega = (np.bincount(bins, each) / count for each in (power, share, omega))
     places = np.append(omega, filter_.angle)
     slope = np.log1p((places / half_power) ** 2) * np.append(share, 1.0)
@@ -117,7 +121,7 @@ def likeness(
 
 
 class _Fitted(NamedTuple):
-    """Log evidence, inverse of the prior covariance times the mode, and that of the covariance of the data."""
+    """Log evidence, the mode times the inverse prior covariance, and the inverse covariance of the data."""
 
     log_evidence: float
     pull: Array
@@ -127,30 +131,26 @@ class _Fitted(NamedTuple):
 def _fitted(prior: Array, power: Array, estimates: Array) -> _Fitted:
     """Gaussian process of the logarithm of the expected power, (m, m), by Laplace's approximation."""
 
-    def towards(weight: Array, wanted: Array) -> tuple[Array, Array]:
-        """Pull of estimates ``wanted`` of that precision, and the inverse of their covariance."""
+    def towards(weight: Array, wanted: Array) -> tuple[Array, Array, float]:
+        """Pull of ``wanted``, known with that precision; inverse and log determinant of its covariance."""
         root = np.sqrt(weight)
-        factor = np.linalg.cholesky(np.eye(power.size) + root[:, None] * prior * root)
-        inverse = root[:, None] * cho_solve((factor, True), np.diag(root))
-        return inverse @ wanted, inverse
+        inside = np.eye(power.size) + root[:, None] * prior * root
+        inverse = root[:, None] * np.linalg.solve(inside, np.diag(root))
+        return inverse @ wanted, inverse, float(np.linalg.slogdet(inside)[1])
 
-    def value(pull: Array) -> float:
+    def value_at(pull: Array) -> float:
         log_power = prior @ pull
         left = estimates * (log_power + power * np.exp(-log_power))
         return -0.5 * float(pull @ log_power) - float(left.sum())
 
     # the mean of the logarithm of an estimate
-    pull, inverse = towards(estimates, np.log(power) + np.log(estimates) - digamma(estimates))
-    for _ in range(_MOST_STEPS):
-        log_power = prior @ pull
-        ratio = power * np.exp(-log_power)
-        weight = estimates * ratio
-        aim, inverse = towards(weight, log_power + 1.0 - 1.0 / ratio)
-        step, last = 1.0, value(pull)
-        while value(pull + step * (aim - pull)) < last and step > _DONE:
+    pull, _, _ = towards(estimates, np.log(power) + np.log(estimates) - digamma(estimates))
+    value, last = value_at(pull), -math.inf
+    while value - last > _DONE:
+        ratio = power * np.exp(-prior @ pull)
+        aim, inverse, log_determinant = towards(estimates * ratio, prior @ pull + 1.0 - 1.0 / ratio)
+        step, last = 1.0, value
+        while step > _DONE and (value := value_at(pull + step * (aim - pull))) < last:
             step *= 0.5
         pull = pull + step * (aim - pull)
-        if value(pull) - last <= _DONE:
-            break
-    log_determinant = float(np.linalg.slogdet(np.eye(power.size) + np.sqrt(weight)[:, None] * prior * np.sqrt(weight))[1])
-    return _Fitted(value(pull) - 0.5 * log_determinant, pull, inverse)
+    return _Fitted(value - 0.5 * log_determinant, pull, inverse)
