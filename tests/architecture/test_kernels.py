@@ -1,4 +1,4 @@
-"""Kernels without a way in for Python, from where a call would end the process, are those of kernels alone."""
+"""Kernels without a way in for Python, where a call would end the process, are those of kernels alone."""
 
 from __future__ import annotations
 
