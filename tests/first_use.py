@@ -28,7 +28,7 @@ _LONGEST = 300.0
 
 
 def use_kernels(worker: int, run: str) -> None:
-    """Call what compiles the share of a worker of a run: the moving part, both fits and many, or all the rest.
+    """Call what compiles the share of a worker of a run: the fit of one record and of many, or all the rest.
 
     No test begins before all workers have collected.
     """
