@@ -358,12 +358,11 @@ def _with_gains(
     found: Sequence[_Found], unlisted: Sequence[Likeness], known: float, log_known: float
 ) -> list[_Found]:
     """The same accounts behind filters that are not listed, in place of one of a known gain and evidence."""
-    gains = gains_of(unlisted)
-    log_each = logsumexp([each.log_evidence for each in unlisted]) - log_known - math.log(len(gains))
+    log_all = float(logsumexp([each.log_evidence for each in unlisted])) - log_known
     return [
-        each._replace(value=each.value + float(log_each), gain=gain / known)
+        each._replace(value=each.value + log_all + math.log(share), gain=gain / known)
         for each in found
-        for gain in gains
+        for share, gain in gains_of(unlisted)
     ]
 
 

@@ -58,8 +58,8 @@ class Likeness(NamedTuple):
     log_gain_sd: float
 
 
-def gains_of(unlisted: Sequence[Likeness]) -> list[float]:
-    """Equally probable gains of filters; a low pass has none above one."""
+def gains_of(unlisted: Sequence[Likeness]) -> list[tuple[float, float]]:
+    """Gains of filters with their probabilities; a low pass has none above one."""
     shares = softmax([each.log_evidence for each in unlisted])
     gains = Mixture.of_normals(
         shares,
@@ -67,7 +67,8 @@ def gains_of(unlisted: Sequence[Likeness]) -> list[float]:
         np.array([each.log_gain_sd for each in unlisted]),
     )
     places = (np.arange(_GAINS) + 0.5) / _GAINS
-    return [min(math.exp(float(gains.ppf(place))), 1.0) for place in places]
+    found, count = np.unique(np.minimum(np.exp(gains.ppf(places)), 1.0), return_counts=True)
+    return [(int(many) / _GAINS, float(gain)) for gain, many in zip(found, count, strict=True)]
 
 
 def likeness(
