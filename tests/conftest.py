@@ -57,6 +57,8 @@ def pytest_collection_finish() -> None:
     """Keep what collecting loaded out of every later search for dead objects: a tenth of a test's time."""
     gc.freeze()
     gc.enable()
+    # as often as usual the search takes a twentieth, most of it among what the tests load and keep
+    gc.set_threshold(10_000)
 
 
 @pytest.fixture

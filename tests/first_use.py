@@ -28,23 +28,23 @@ _LONGEST = 300.0
 
 
 def use_kernels(worker: int, run: str) -> None:
-    """Call what compiles the share of a worker of a run: the moving part and both fits, or all the rest."""
+    """Call what compiles the share of a worker of a run: the fit of one record and of many, or all the rest.
+
+    No test begins before all workers have collected.
+    """
+    record = short_decay()
     if worker % 2 == 0:
-        record = short_decay()
         fb.estimate(record, SYSTEM, random_force="none")
         _done("fit", run)
-        fb.estimate(record, SYSTEM, method="envelope", random_force="none")
-        _wait_for("force", run)
+        fb.estimate_batch(record.expand_dims("machine"), SYSTEM, random_force="none")
         return
-    record = short_decay()
     short_decay(effects={"viscous_damping.damping_ratio": 0.01})
     _smooth_and_evaluate()
     _wait_for("fit", run)
     fb.estimate(short_decay(effects=fluctuating_friction()), SYSTEM)
     fb.estimate(record, SYSTEM)
-    fb.estimate_batch(record.expand_dims("machine"), SYSTEM)
-    _done("force", run)
     fb.estimate(record, SYSTEM, method="normal-gamma")
+    fb.estimate_batch(record.expand_dims("machine"), SYSTEM)
 
 
 def _mark(part: str, run: str) -> Path:

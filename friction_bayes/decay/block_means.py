@@ -41,7 +41,7 @@ def block_means(values: Array, block: int) -> Array:
     return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
 
 
-@njit(**KERNEL, fastmath={"reassoc"})
+@njit(**INNER, fastmath={"reassoc"})
 def fill_block_means(values: Array, block: int, offset: float, means: Array) -> None:
     """The same less ``offset`` in ``means``, shape (blocks,); several samples at a time, in any order.
 

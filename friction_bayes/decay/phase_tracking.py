@@ -164,7 +164,7 @@ def _add_half_cycle(
     right[0], right[1], right[2], right[3], right[4] = one, yc, ys, yts, ytc
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def half_cycle_moments(
     values: Array, begin: float, spacing: float, order: int, polynomial: Array
 ) -> _HalfCycles:
@@ -259,7 +259,7 @@ def _refine(cycles: _HalfCycles, order: int, polynomial: Array, law: Array, free
     return solve_spd(matrix, right)
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _settle(
     values: Array, begin: float, spacing: float, order: int, result: Array, degree: int, damped: bool
 ) -> None:

@@ -156,7 +156,7 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
             to_matrix[a, b] = matrix[a, b]
 
 
-@njit(**KERNEL, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath={"reassoc", "contract"})
 def _add_swings(
     y: Array,
     cosine: Array,
@@ -237,7 +237,7 @@ class _End(NamedTuple):
     cost: float
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _ends(
     y: Array, c: Array, s: Array, passed: Array, half: float, beyond_doubt: float
 ) -> tuple[_End, _End, _End]:
@@ -284,7 +284,7 @@ def _ends(
     return straight, bent, on
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _hinge(y: Array, start: int, polynomial: Array, scale: float, rate: float) -> tuple[float, float, float]:
     """Where the amplitude meets zero, constant samples after.
 

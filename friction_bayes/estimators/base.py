@@ -19,13 +19,13 @@ from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
-from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.estimators.noise.noise_accounts import UNLISTED, NoiseAccount
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.witness import AnswerPart, Witness, answer_parts, not_negative
 
 __all__ = [
     "SURELY_NEGATIVE",
+    "BehindFilter",
     "Estimator",
     "Fit",
     "Fits",
@@ -69,6 +69,13 @@ class RandomForce:
     def share_of_friction(self) -> float:
         """Mean of its sd over the mean friction with it."""
         return float(self.sd.mean()) / abs(float(self.coefficient_with.mean()))
+
+
+class BehindFilter(NamedTuple):
+    """A filter that a record went through: its name in words, and its gain on the motion."""
+
+    name: str
+    gain: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,12 +222,18 @@ class Fit:
         return sum(account.probability for account in self.accounts if account.free_corners)
 
     @property
-    def filter(self) -> RecordingFilter | None:
+    def filter(self) -> BehindFilter | None:
         """The most probable filter, if more probable than none; the answer is corrected for its gain."""
-        behind = [each for each in self.accounts if each.filter is not None]
-        if sum(each.probability for each in behind) <= 0.5:
+        unlisted = [each for each in self.accounts if each.unlisted is not None]
+        listed = [each for each in self.accounts if each.filter is not None and each.unlisted is None]
+        of_unlisted, of_listed = (sum(each.probability for each in some) for some in (unlisted, listed))
+        if of_unlisted + of_listed <= 0.5:
             return None
-        return max(behind, key=lambda each: each.probability).filter
+        if of_unlisted > of_listed:
+            gain = sum(each.probability * each.gain for each in unlisted) / of_unlisted
+            return BehindFilter(UNLISTED, gain)
+        best = max(listed, key=lambda each: each.probability)
+        return BehindFilter(best.filter.name, best.gain) if best.filter is not None else None
 
     @property
     def target(self) -> Target:

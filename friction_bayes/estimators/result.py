@@ -334,7 +334,7 @@ class Estimate(Shown):
 
     def _filter_summary(self) -> dict[str, Any] | None:
         behind = self.fit.filter
-        return None if behind is None else behind.to_dict()
+        return None if behind is None else behind._asdict()
 
     def _random_force_summary(self) -> dict[str, Any] | None:
         force = self.random_force

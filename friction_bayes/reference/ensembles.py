@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable
+from typing import Any
 
 import emcee
 import numpy as np
@@ -52,6 +53,27 @@ def _moves(centres: Array, roots: Array) -> list[tuple[emcee.moves.Move, float]]
         # the full difference of two walkers leads from one mode to another
         (emcee.moves.DEMove(gamma0=1.0), 0.05),
     ]
+
+
+class _Sampler(emcee.EnsembleSampler):
+    """emcee without what takes a third of its steps: copies of its generator's state, values one by one."""
+
+    @property
+    def random_state(self) -> Any:
+        """None: the generator goes on where it is."""
+        return None
+
+    @random_state.setter
+    def random_state(self, state: Any) -> None:
+        if state is not None:
+            self._random.set_state(state)
+
+    def compute_log_prob(self, coords: Array) -> tuple[Array, None]:
+        """Log-probabilities of walkers, shape (walkers, d), and no blobs."""
+        found = self.log_prob_fn(coords)
+        if np.isnan(found).any():
+            raise ValueError("the log-probability is nan")
+        return found, None
 
 
 class Ensembles:
@@ -107,7 +129,7 @@ class Ensembles:
         self.rng = np.random.default_rng(last)
         self._states = [self._start(stream) for stream in streams]
         self._samplers = [
-            emcee.EnsembleSampler(
+            _Sampler(
                 self.walkers,
                 size,
                 lambda z: target.log_prob(self._natural_scale(z)),

@@ -7,14 +7,14 @@ import math
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER
 
 __all__ = ["factor", "forward"]
 
 _LEAST_PIVOT = 1e-300
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def factor(a: Array, size: int) -> None:
     """Cholesky in place, lower triangle."""
     for i in range(size):

@@ -101,7 +101,10 @@ def test_from_experiments_to_comparison_and_figures(tmp_path: Path) -> None:
     folder = tmp_path / "results"
     for module, settings in TINY.items():
         experiment = replace(module.EXPERIMENT, config=replace(module.EXPERIMENT.config, **settings))
-        main(experiment, ["--workers", "1", "--results", str(folder)])
+        found = main(experiment, ["--workers", "1", "--results", str(folder)])
+        if module in (noise_sweep, reduced_data_set, sampling_rate_sweep):
+            assert found["refused"].sum() == 0
+            assert np.isfinite(found["error"]).all()
     rows = check_comparison(folder)
     check_figures(folder, tmp_path / "figures")
     check_results_of_other_sources(folder, tmp_path)

@@ -37,6 +37,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     kinds_for,
     margin,
 )
+from friction_bayes.estimators.noise.unlisted_filter import Likeness, likeness
 from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
 from friction_bayes.statespace.force_grid import humps
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
@@ -89,15 +90,23 @@ class FoundKind(NamedTuple):
         Of the kind.
     filters : sequence of (float, RecordingFilter)
         All that were tried, the most probable first, with their log evidence.
+    unlisted : sequence of Likeness
+        Filters of other kinds that resemble the first.
     """
 
     name: str
     filters: Sequence[tuple[float, RecordingFilter]]
+    unlisted: Sequence[Likeness] = ()
 
     @property
     def log_evidence(self) -> float:
         """Of the kind."""
         return _log_sum([value for value, _ in self.filters])
+
+    @property
+    def log_unlisted(self) -> float:
+        """Log evidence of filters of other kinds that resemble it."""
+        return _log_sum([-math.inf, *(each.log_evidence for each in self.unlisted)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +127,8 @@ class FoundFilters:
     @property
     def probability(self) -> float:
         """That there was a filter."""
-        return float(expit(_log_sum([kind.log_evidence for kind in self.kinds]) - self.log_other))
+        found = [each for kind in self.kinds for each in (kind.log_evidence, kind.log_unlisted)]
+        return float(expit(_log_sum(found) - self.log_other))
 
     @property
     def likely(self) -> list[tuple[float, RecordingFilter]]:
@@ -172,15 +182,31 @@ def likely_filters(
     through = Through(np.column_stack([columns, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
-    def log_evidence(filter_: RecordingFilter) -> float:
+    def behind(filter_: RecordingFilter) -> tuple[Array, float]:
         shown = through.rows(filter_, whitener)[:, inner][:, -filled.size :]
-        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner], filter_)
+        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner])
 
-    found = []
+    def log_evidence(filter_: RecordingFilter) -> float:
+        power, price = behind(filter_)
+        return spectra.of_response(power, filter_) - price
+
+    def with_unlisted(kind: FoundKind) -> FoundKind:
+        nearest = kind.filters[0][1]
+        log_like = kind.log_evidence - math.log(len(kinds))
+        alike = spectra.likeness(behind(nearest)[0], nearest)
+        return kind._replace(
+            unlisted=[each._replace(log_evidence=log_like + each.log_evidence) for each in alike]
+        )
+
+    found: list[FoundKind] = []
+    log_kind = math.log(_PRIOR / (len(kinds) + 1))
     for kind in kinds:
         if only in {None, kind.name}:
-            log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
+            log_prior = log_kind - math.log(kind.sizes.size)
             found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence))
+    # where samples are interpolated no filter fits the noise
+    if only is None and np.isfinite(signal).all():
+        found = [with_unlisted(each) if each.log_evidence > log_other else each for each in found]
     return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
 
 
@@ -315,10 +341,10 @@ class _Spectra:
 
     def of_noise(self, filter_: RecordingFilter) -> float:
         """Log evidence of a filter if corners have any shape, by the noise alone."""
-        return self._of_response(self._noise, filter_)
+        return self.of_response(self._noise, filter_)
 
-    def behind(self, signal: Array, shown: Array, memory: Array, filter_: RecordingFilter) -> float:
-        """Log evidence of a filter.
+    def behind(self, signal: Array, shown: Array, memory: Array) -> tuple[Array, float]:
+        """Spectrum of what is left behind a filter, and the price of the coefficients fitted.
 
         Parameters
         ----------
@@ -328,14 +354,24 @@ class _Spectra:
             Columns of the law behind the filter, the last one known, whitened.
         memory : ndarray, shape (q, samples)
             Of the filter, not whitened; what came after the record hardly shows under tapers.
-        filter_ : RecordingFilter
         """
         rows = shown[:-1]
         if len(memory):
             rows = np.vstack([rows, self.whitened(memory)])
         power = self._power(self._left(signal - shown[-1], rows))
-        prices = self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
-        return self._of_response(power, filter_) - prices
+        return power, self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
+
+    def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
+        """Filters of other kinds that resemble one, relative to it; none if that is no low pass."""
+        passed = np.abs(filter_.response(self._grid)) ** 2
+        less, shows = self._grid[passed < 0.5], power > self._least
+        if less.size == 0 or less[0] < self._angle or not shows.any():
+            return []
+        shape = self._expected(passed)
+        shapes = shape + _LATER[:, None] * self._white
+        best = shapes[np.argmax(self._log_likelihood(power, shapes))][shows]
+        over, share = power[shows] / best, shape[shows] / best
+        return likeness(over / over.mean(), share, self._omega[shows], float(less[0]), filter_, _TAPERS)
 
     def whitener_at(self, omega: Array) -> Complexes:
         """Response of the whitening filter at frequencies, shape (m,)."""
@@ -375,7 +411,8 @@ class _Spectra:
         """Expectation of the estimates, once whitened, of a spectral density on the grid."""
         return np.asarray(rfft(irfft(shape * self._gain) * self._window).real[2 * self._places])
 
-    def _of_response(self, power: Array, filter_: RecordingFilter) -> float:
+    def of_response(self, power: Array, filter_: RecordingFilter) -> float:
+        """Log likelihood of a spectrum behind a filter."""
         shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
         return self._averaged(power, shape, self._white)
 

@@ -29,9 +29,11 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
+from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
@@ -40,10 +42,12 @@ from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.sampling.law_target import law_target
 
-__all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
+__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "noise_accounts"]
 
 SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
+UNLISTED = "a low pass of a kind that is not listed"
+"""Name of such a filter."""
 _NEGLIGIBLE = 1e-6
 """Probability below which coloured noise is not evaluated further."""
 _QUIETEST = 1e-3
@@ -68,6 +72,8 @@ class NoiseAccount:
         Whether the corners of the motion may have any shape.
     filter : RecordingFilter or None
         Behind which the sensor shows the motion; the coefficient is that of the motion before it.
+    unlisted : float or None
+        Gain of a filter that is not listed, over that of ``filter`` which it resembles.
     probability : float
         Of this account.
     coefficient : Mixture
@@ -85,6 +91,7 @@ class NoiseAccount:
     _part: _Evaluated = field(repr=False)
     _prepared: PreparedDecay = field(repr=False)
     probability: float
+    unlisted: float | None = None
 
     @property
     def coloured(self) -> bool:
@@ -109,13 +116,14 @@ class NoiseAccount:
     @property
     def gain(self) -> float:
         """Gain from the motion to the recording."""
-        return 1.0 if self.filter is None else self.filter.gain
+        known = 1.0 if self.filter is None else self.filter.gain
+        return known if self.unlisted is None else known * self.unlisted
 
     @property
     def of_known_noise(self) -> bool:
         """Whether its noise is white, or filtered white noise, and there is no force."""
         plain = not (self.coloured or self.weaker_above or self.free_corners)
-        return not self.forced and (plain or self.filter is not None)
+        return not self.forced and self.unlisted is None and (plain or self.filter is not None)
 
     @property
     def name(self) -> str:
@@ -125,7 +133,10 @@ class NoiseAccount:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
         words += ["corners of any shape"] if self.free_corners else []
-        words += [f"behind {self.filter.name}"] if self.filter is not None else []
+        if self.unlisted is not None:
+            words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
+        if self.filter is not None:
+            words += [f"{'behind' if self.unlisted is None else 'like'} {self.filter.name}"]
         return ", ".join(words)
 
     @cached_property
@@ -147,7 +158,8 @@ class NoiseAccount:
     @property
     def _unit(self) -> float:
         # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
-        return self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
+        unit = self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
+        return unit if self.unlisted is None else unit / self.unlisted
 
     @cached_property
     def coefficient(self) -> Mixture:
@@ -230,11 +242,25 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
             shapes = _under_white_noise(prepared, fit)
         shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
     evaluated = _evaluate(prepared, shapes)
+    found = [_Found(part, share) for part, share in evaluated]
     if not _white_noise_explains(evaluated):
-        behind = _behind(prepared, fit)
-        rest = 1.0 - sum(share for _, share in behind)
-        evaluated = [*((part, share * rest) for part, share in evaluated), *behind]
-    return tuple(NoiseAccount(part, prepared, share) for part, share in evaluated)
+        behind = _behind(prepared, fit, evaluated)
+        rest = 1.0 - sum(each.value for each in behind)
+        found = [*(each._replace(value=each.value * rest) for each in found), *behind]
+    return tuple(NoiseAccount(each.part, prepared, each.value, each.gain) for each in found)
+
+
+class _Found(NamedTuple):
+    """An account, its probability or log evidence, and the gain of a filter that is not listed."""
+
+    part: _Evaluated
+    value: float
+    gain: float | None = None
+
+    @property
+    def of_filter(self) -> bool:
+        """Whether a filter explains the record without a force, or one that is not listed may do so."""
+        return self.gain is not None or not self.part.has_force
 
 
 class _Shape(NamedTuple):
@@ -252,45 +278,91 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
     return float(expit(force - none))
 
 
-def _behind(prepared: PreparedDecay, laid: Laid) -> list[tuple[_Evaluated, float]]:
+def _behind(
+    prepared: PreparedDecay, laid: Laid, evaluated: Sequence[tuple[_Evaluated, float]]
+) -> list[_Found]:
     """Accounts behind filters, with their probabilities.
 
     The spectra compare filters above the motion's frequency, all along one motion, and a record is no
     evidence twice. Near that frequency, where a force explains whatever a filter leaves, the odds against a
     force compare them, each kind along its own motion. Spectra include no force behind a filter: with one, a
-    filter is identified as far as there may be none.
+    listed filter is identified as far as there may be none, and what is left is for one that is not listed.
     """
     filters = prepared.filters_along(laid)
+    free = _behind_unlisted(filters, evaluated)
+    found, log_none = list(free), _log_evidence_of_filters(free)
     likely = {each.name for _, each in filters.likely}
-    found: list[_Evaluated] = []
-    values: list[float] = []
-    log_none = -math.inf
     for kind in filters.kinds:
         if kind.log_evidence < filters.log_other + math.log(SLIGHT):
             break
         sizes = sum(each.name in likely for _, each in kind.filters)
         # an unlikely one has to leave no force where likely ones leave one
-        if sizes == 0 and kind.log_evidence < log_none:
-            break
-        behind = prepared.behind(kind, laid)[: sizes or None]
-        shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
-        # one sensor has one, and its estimate varies more than filters of a kind differ
-        floor = float(np.median([shape.still.noise_floor for shape in shapes]))
-        for (share, _), shape in zip(behind, shapes, strict=True):
-            parts = _under_floor(prepared, [shape], floor)
-            of_force = logsumexp([part.log_evidence for part in parts if part.has_force])
-            for part in parts:
-                found.append(part)
-                values.append(kind.log_evidence + math.log(share) + part.log_evidence - of_force)
-                if not part.has_force:
-                    log_none = np.logaddexp(log_none, values[-1])
+        if sizes == 0 and max(kind.log_evidence, kind.log_unlisted) < log_none:
+            continue
+        found += _behind_kind(prepared, laid, kind, sizes or None)
+        log_none = _log_evidence_of_filters(found)
     if not found:
         return []
-    shares = (filters.probability * softmax(values)).tolist()
-    without = sum(share for part, share in zip(found, shares, strict=True) if not part.has_force)
+    shares = (filters.probability * softmax([each.value for each in found])).tolist()
+    of_filter = sum(share for each, share in zip(found, shares, strict=True) if each.of_filter)
+    found = [
+        each._replace(value=share if each.of_filter else share * of_filter)
+        for each, share in zip(found, shares, strict=True)
+    ]
+    if free:
+        rest = filters.probability - sum(each.value for each in found)
+        own = softmax([each.value for each in free]).tolist()
+        found[: len(free)] = [
+            each._replace(value=each.value + share * rest) for each, share in zip(found, own, strict=False)
+        ]
+    return found
+
+
+def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
+    """Log evidence of filters without a force."""
+    return float(np.logaddexp.reduce([-math.inf, *(each.value for each in found if not each.part.has_force)]))
+
+
+def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
+    """Accounts behind the most probable filters of a kind, and behind others like the first."""
+    behind = prepared.behind(kind, laid)[:sizes]
+    shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
+    # one sensor has one, and its estimate varies more than filters of a kind differ
+    floor = float(np.median([shape.still.noise_floor for shape in shapes]))
+    found: list[_Found] = []
+    for (share, _), shape in zip(behind, shapes, strict=True):
+        parts = _under_floor(prepared, [shape], floor)
+        log_force = logsumexp([part.log_evidence for part in parts if part.has_force])
+        log_kind = kind.log_evidence + math.log(share) - log_force
+        listed = [_Found(part, log_kind + part.log_evidence) for part in parts]
+        filter_ = shape.still.laid.filter
+        if not found and kind.unlisted and filter_ is not None:
+            found += _with_gains(listed, kind.unlisted, filter_.gain, kind.log_evidence + math.log(share))
+        found += listed
+    return found
+
+
+def _behind_unlisted(filters: FoundFilters, evaluated: Sequence[tuple[_Evaluated, float]]) -> list[_Found]:
+    """Accounts behind a filter that is unlike those listed.
+
+    It has made noise and corners what they are, and no more than its gain is known.
+    """
+    parts = [_Found(part, math.log(share)) for part, share in evaluated if share and not part.of_white_noise]
+    unlike = [kind.unlisted[-1] for kind in filters.kinds if kind.unlisted]
+    if not parts or not unlike:
+        return []
+    return _with_gains(parts, unlike, 1.0, float(logsumexp([each.value for each in parts])))
+
+
+def _with_gains(
+    found: Sequence[_Found], unlisted: Sequence[Likeness], known: float, log_known: float
+) -> list[_Found]:
+    """The same accounts behind filters that are not listed, in place of one of a known gain and evidence."""
+    log_all = float(logsumexp([each.log_evidence for each in unlisted])) - log_known
     return [
-        (part, share * without if part.has_force else share)
-        for part, share in zip(found, shares, strict=True)
+        each._replace(value=each.value + log_all + math.log(share), gain=gain / known)
+        for each in found
+        for share, gain in gains_of(unlisted)
     ]
 
 

@@ -147,7 +147,7 @@ def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
 
 def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
     """Friction by the loss of amplitude of the motion, from that of the signal."""
-    if all(each.filter is None for each in accounts):
+    if all(each.gain == 1.0 for each in accounts):
         return lost
     shares = [each.probability for each in accounts]
     return Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)

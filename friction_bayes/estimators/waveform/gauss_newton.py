@@ -191,7 +191,7 @@ def _settle_jumps(
     return misfit
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def start_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[float, bool]:
     """Offset, amplitude and friction that go with the phase and frequency in ``at.p``, put in there.
 
@@ -209,7 +209,7 @@ def start_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple
     return squares, ok
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def fit_waveform(
     signal: Signal, squares: float, at: NormalEquations, prior: Penalty, rough: bool, once: bool
 ) -> tuple[float, int, bool]:

@@ -205,7 +205,7 @@ def _table_for(
     return force_table(step, n, row, order, forces)
 
 
-@njit(**KERNEL, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath={"reassoc", "contract"})
 def _leave(  # type: ignore[no-untyped-def]
     y: Array,
     turns: Turns,
@@ -226,7 +226,7 @@ def _leave(  # type: ignore[no-untyped-def]
     return sum_rc, sum_rs
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _straight(
     y: Array,
     order: int,

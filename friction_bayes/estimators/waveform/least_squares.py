@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import amplitude_kept, fill_block_means
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.releases import samples_averaged
@@ -187,7 +187,7 @@ def _fit_all(
                 fits.coefficients[r, k] = p[k]
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) -> tuple[float, bool]:
     """Fit means of ``width`` samples, into ``at.p``: the samples are then read twice only.
 

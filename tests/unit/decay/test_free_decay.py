@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from friction_bayes import InputError, Oscillator, Pendulum, estimate, make_record, simulate
+from friction_bayes import Estimate, InputError, Oscillator, Pendulum, estimate, make_record, simulate
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.loop.data.prepared_record import cut_records
@@ -289,10 +289,16 @@ def with_lost(*lost: slice) -> tuple[np.ndarray, np.ndarray]:
     return np.arange(values.size)[kept] / RATE, values[kept]
 
 
+@pytest.fixture(scope="module")
+def whole() -> Estimate:
+    return estimate(make_record(*with_lost(), "displacement"), SYSTEM)
+
+
 @pytest.mark.parametrize("first", [3, 100, 117, 400, 597])
-def test_a_gap_of_less_than_a_quarter_of_a_period_costs_what_it_would_have_shown(first: int) -> None:
+def test_a_gap_of_less_than_a_quarter_of_a_period_costs_what_it_would_have_shown(
+    first: int, whole: Estimate
+) -> None:
     """Seventeen intervals of 69 a period; the number of samples in it does not matter."""
-    whole = estimate(make_record(*with_lost(), "displacement"), SYSTEM)
     lacking = estimate(make_record(*with_lost(slice(first, first + 16)), "displacement"), SYSTEM)
     assert lacking.friction.mean() == pytest.approx(whole.friction.mean(), abs=whole.friction.std())
     assert lacking.friction.std() == pytest.approx(whole.friction.std(), rel=0.1)

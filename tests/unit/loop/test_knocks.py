@@ -85,11 +85,17 @@ def test_a_constant_force_which_an_accelerometer_does_not_show_is_no_part_of_a_k
     assert sizes[1] == sizes[0]
 
 
-def test_a_knock_in_a_motion_without_a_random_force_is_no_random_force() -> None:
+@pytest.fixture(scope="module")
+def knocked_once() -> fb.LoopReport:
+    """Of a motion without a random force."""
     rng = np.random.default_rng(4)
     motion = unsteady_motion(rng, 0.0, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[0]
     record = sensed(motion + WHITE * rng.standard_normal(motion.size))
-    report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
+    return fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
+
+
+def test_a_knock_in_a_motion_without_a_random_force_is_no_random_force(knocked_once: fb.LoopReport) -> None:
+    report = knocked_once
     assert any("knocked at" in note for note in report.notes)
     assert report.candidates[0]["effects"] == []
     named = [tuple(candidate["effects"]) for candidate in report.candidates]
@@ -98,12 +104,8 @@ def test_a_knock_in_a_motion_without_a_random_force_is_no_random_force() -> None
     assert low < FRICTION * SYSTEM.stiffness < high
 
 
-def test_a_knock_beside_no_random_force_is_drawn_alone() -> None:
-    rng = np.random.default_rng(4)
-    motion = unsteady_motion(rng, 0.0, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[0]
-    record = sensed(motion + WHITE * rng.standard_normal(motion.size))
-    report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
-    trace = report.traces[0]
+def test_a_knock_beside_no_random_force_is_drawn_alone(knocked_once: fb.LoopReport) -> None:
+    trace = knocked_once.traces[0]
     assert trace.fluctuation is not None
     assert not trace.fluctuation.fluctuates
     assert len(plot_fluctuation(trace).axes) == 1

@@ -83,7 +83,7 @@ def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
 def fluctuating(share: float = 0.3, **effects: float):  # type: ignore[no-untyped-def]
     """Decay whose friction fluctuates by a share of itself, over a sixth of a period."""
     effects = fluctuating_friction(share) | effects
-    return slow_decay(duration=30.0, sampling_rate=100.0, noise_sd=1e-5, seed=3, effects=effects)
+    return slow_decay(duration=30.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=effects)
 
 
 @pytest.fixture(scope="module")
