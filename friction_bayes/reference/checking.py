@@ -100,4 +100,4 @@ def _factor_draws(estimate: Estimate, shape: tuple[int, ...], rng: np.random.Gen
 def _checked(parts: tuple[xr.DataTree, ...]) -> str:
     """What was sampled, in words."""
     names = [str(part.attrs["part"]) for part in parts]
-    return names[0] if len(names) == 1 else f"{len(names)} parts: {'; '.join(names)}"
+    return names[0] if len(names) == 1 else f"each of {len(names)} parts by itself"

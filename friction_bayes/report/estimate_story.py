@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from friction_bayes.core.text import duration, interval90, number, of_friction, percent, with_interval
+from friction_bayes.estimators.noise.noise_accounts import UNLISTED
 from friction_bayes.estimators.result import Estimate
 
 __all__ = ["JUDGEMENTS", "apart", "behind_filter", "estimate_story", "story_of_estimate"]
@@ -148,5 +149,7 @@ def behind_filter(filter_: Mapping[str, Any] | None) -> str:
     if filter_ is None:
         return ""
     lost = f"{100.0 * (1.0 - filter_['gain']):.2f}"
+    if filter_["name"] == UNLISTED:
+        return f" ({UNLISTED} may have coloured it: some {lost} % of the motion is put back)"
     put_back = "" if lost == "0.00" else f": the {lost} % that it takes of the motion is put back"
     return f", behind {filter_['name']}{put_back}"
