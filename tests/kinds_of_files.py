@@ -420,7 +420,7 @@ KINDS: dict[str, Kind] = {
     "numbers alone, from an Arduino": Kind(
         _lines(*arduino(TIME, SIGNAL)),
         "arduino.txt",
-        "1 [um] at the given 100 Hz",
+        "column 1 [um] at the given 100 Hz",
         ("--sampling-rate", "100", "--signal-column", "1", *DISPLACEMENT, "um"),
     ),
     "numpy.savetxt, names on a comment": Kind(
@@ -525,10 +525,10 @@ KINDS: dict[str, Kind] = {
     "HDF5": Kind(_hdf5, "store.hdf5", "run/displacement_m [m] over run/time_s [s]"),
     "NetCDF": Kind(_netcdf, "record.nc", "displacement [m] over time [s]"),
     "WAV": Kind(
-        _wav, "laser.wav", "0 [um] over the times of its channel", (*DISPLACEMENT, "um", "--scale", "1")
+        _wav, "laser.wav", "column 0 [um] over the times of its channel", (*DISPLACEMENT, "um", "--scale", "1")
     ),
     "TDMS": Kind(_tdms, "daq.tdms", "rig/displacement [mm] over the times of its channel"),
-    "universal file, data set 58": Kind(_uff, "modal.unv", "0 [mm] over the times of its channel"),
+    "universal file, data set 58": Kind(_uff, "modal.unv", "column 0 [mm] over the times of its channel"),
     "MF4": Kind(_mf4, "bus.mf4", "displacement [mm] over the times of its channel"),
     "two rows at each stamp, nothing said": Kind(
         _lines(*_doubled()), "logger.csv", "time is doubled at row 3", read=False
