@@ -111,12 +111,6 @@ class LawColumn:
         return self.shape[0].score if self.shape else 0.0
 
     @property
-    def support(self) -> tuple[float, float]:
-        """Of the parameter that is its coefficient."""
-        (found,) = (p for p in EFFECTS[self.effect].parameters if p.name == self.parameter)
-        return found.low, found.high
-
-    @property
     def own(self) -> bool:
         """Whether each record has a coefficient of its own: of its start, its filter and of what restarts.
 

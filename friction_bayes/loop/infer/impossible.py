@@ -110,27 +110,19 @@ def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, 
 
 
 class _Friction:
-    """Whether the dry friction of laws pushes for a part of the way, or its shares exceed their supports."""
+    """Whether the dry friction of laws pushes for a part of the way."""
 
     def __init__(self, found: LawAlongMotion) -> None:
         law, path = found.law, found.path
         self.rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
         self.work = (-path.expected_direction * np.abs(path.v))[:, None] * law.forces[:, self.rubs]
-        self.dry = law.frictions
-        shares = [j for j, column in enumerate(law.columns) if column.of_friction]
-        self.shares = [j for j in shares if np.isfinite(law.columns[j].support).all()]
-        # each is a share of the friction that its column assumes
-        supports = np.reshape([law.columns[j].support for j in self.shares], (-1, 2))
-        self.low, self.high = supports.T * law.unit_force / law.friction
 
     def __call__(self, laws: Array) -> Mask:
         """Of laws (k, p), shape (k,)."""
         work = self.work @ laws[:, self.rubs].T
         size = np.abs(work).sum(axis=0)
         pushed = 0.5 * (size - work.sum(axis=0))
-        shares, dry = laws[:, self.shares], laws[:, self.dry].sum(axis=1, keepdims=True)
-        beyond = ((shares < self.low * dry) | (shares > self.high * dry)).any(axis=1)
-        return np.asarray(beyond | (pushed > settings.SETTINGS.minor_share * size))
+        return np.asarray(pushed > settings.SETTINGS.minor_share * size)
 
 
 class _Sensor:

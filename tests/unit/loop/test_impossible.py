@@ -47,17 +47,6 @@ def test_friction_that_changes_sign_along_the_way_is_no_candidate(slope: float, 
     assert not fit.impossible[alone].any()
 
 
-@pytest.mark.parametrize(("share", "possible"), [(0.9, True), (1.1, False)])
-def test_friction_of_one_direction_is_none_at_the_least(share: float, possible: bool) -> None:
-    """A constant force is a difference between the directions up to the size of friction."""
-    friction = 0.05
-    record = slow_decay(friction=friction, noise_sd=2e-6, duration=8.0, seed=5)
-    (segment,) = cut_records([record.copy(data=record.values + share * friction / SYSTEM.stiffness)], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ["asymmetric_friction"])
-    assert fit is not None
-    assert ("asymmetric_friction" in fit.sets.effects[fit.chosen]) == possible
-
-
 def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     """Along the signal an error of once a turn can be all of it: the law is left with what is small."""
     wheel = fb.Oscillator(inertia=0.0175, stiffness=0.265)
