@@ -525,7 +525,10 @@ KINDS: dict[str, Kind] = {
     "HDF5": Kind(_hdf5, "store.hdf5", "run/displacement_m [m] over run/time_s [s]"),
     "NetCDF": Kind(_netcdf, "record.nc", "displacement [m] over time [s]"),
     "WAV": Kind(
-        _wav, "laser.wav", "column 0 [um] over the times of its channel", (*DISPLACEMENT, "um", "--scale", "1")
+        _wav,
+        "laser.wav",
+        "column 0 [um] over the times of its channel",
+        (*DISPLACEMENT, "um", "--scale", "1"),
     ),
     "TDMS": Kind(_tdms, "daq.tdms", "rig/displacement [mm] over the times of its channel"),
     "universal file, data set 58": Kind(_uff, "modal.unv", "column 0 [mm] over the times of its channel"),
