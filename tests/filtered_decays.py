@@ -7,6 +7,7 @@ import xarray as xr
 from scipy import signal
 
 import friction_bayes as fb
+from friction_bayes.core.arrays import Array
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 NOISE = {"displacement": 2e-5, "velocity": 2e-4, "acceleration": 2e-3}
@@ -53,3 +54,19 @@ def filtered(
     kept = np.ones(values.size, dtype=bool)
     kept[700 : 700 + lost] = False
     return fb.make_record(record["time"].values[kept], values[kept], quantity)
+
+
+def settled(sections: Array, *, noise_sd: float, seed: int) -> xr.DataArray:
+    """A decay at 240 Hz under 1 N of dry friction through a causal filter that had settled before it."""
+    motion = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.08,
+        duration=12.0,
+        sampling_rate=240.0,
+        noise_sd=noise_sd,
+        seed=seed,
+    )
+    state = signal.sosfilt_zi(sections) * motion.values[0]
+    values, _ = signal.sosfilt(sections, motion.values, zi=state)
+    return fb.make_record(motion["time"].values, values, "displacement")

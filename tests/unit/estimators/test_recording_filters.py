@@ -11,7 +11,7 @@ import xarray as xr
 from scipy import ndimage, signal
 
 import friction_bayes as fb
-from filtered_decays import filtered
+from filtered_decays import filtered, settled
 from fluctuating_force import fluctuating_decay
 from friction_bayes.estimators.noise.recording_filters import Through, blended, kinds_for, margin
 
@@ -220,19 +220,8 @@ def test_what_a_filter_takes_is_put_back(quantity: str, process: Process, noise_
 @pytest.mark.parametrize(("corner", "seed"), [(2.0, 1), (2.2, 2)])
 def test_a_kind_that_leaves_a_force_gives_way_to_one_that_leaves_none(corner: float, seed: int) -> None:
     """Second order both ways has nearly this spectrum, and takes next to nothing of the motion."""
-    motion = fb.simulate(
-        SYSTEM,
-        friction=1.0,
-        initial_displacement=0.08,
-        duration=12.0,
-        sampling_rate=240.0,
-        noise_sd=8e-5,
-        seed=seed,
-    )
     sections = signal.bessel(4, corner * 10.0 / (2.0 * math.pi), fs=240.0, output="sos", norm="mag")
-    state = signal.sosfilt_zi(sections) * motion.values[0]
-    values, _ = signal.sosfilt(sections, motion.values, zi=state)
-    found = fb.estimate(fb.make_record(motion.time.values, values, "displacement"), SYSTEM)
+    found = fb.estimate(settled(sections, noise_sd=8e-5, seed=seed), SYSTEM)
     assert found.fit.filter is not None
     assert found.fit.filter.name.startswith("a Bessel filter")
     low, high = found.friction.interval(0.9)

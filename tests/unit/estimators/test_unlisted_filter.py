@@ -10,12 +10,12 @@ import pytest
 from scipy import signal, stats
 
 import friction_bayes as fb
+from filtered_decays import SYSTEM, settled
 from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.noise.noise_accounts import UNLISTED
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, kinds_for
 from friction_bayes.estimators.noise.unlisted_filter import _fitted, gains_of, likeness
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 ANGLE = 0.05
 OMEGA = np.geomspace(0.1, 3.0, 60)
 HALF_POWER = 4.0 * ANGLE
@@ -90,20 +90,9 @@ def test_white_noise_that_came_later_says_nothing_of_the_filter(rng: np.random.G
 def test_friction_is_not_known_better_than_the_gain_of_a_filter_of_another_kind(
     sections: Array, gain: float
 ) -> None:
-    motion = fb.simulate(
-        SYSTEM,
-        friction=1.0,
-        initial_displacement=0.08,
-        duration=12.0,
-        sampling_rate=240.0,
-        noise_sd=2.4e-5,
-        seed=3,
-    )
-    state = signal.sosfilt_zi(sections) * motion.values[0]
-    values, _ = signal.sosfilt(sections, motion.values, zi=state)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.RecordWarning)
-        found = fb.estimate(fb.make_record(motion.time.values, values, "displacement"), SYSTEM)
+        found = fb.estimate(settled(sections, noise_sd=2.4e-5, seed=3), SYSTEM)
     filter_ = found.to_dict()["noise"]["filter"]
     assert filter_["name"] == UNLISTED
     assert filter_["gain"] == pytest.approx(gain, abs=0.1)
