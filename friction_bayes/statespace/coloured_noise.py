@@ -206,99 +206,115 @@ def burg_recursion(x: Array, most: int) -> tuple[Array, Array]:
 def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance: Array) -> Array:
     """Gains, shape (n, m + 1), of the ``m = 3 + p`` states, and last one over the innovation's sd.
 
-    The states are displacement, velocity, random force and the last ``p`` values of the noise. All are zero
-    of samples that are not used, whose ``variance`` is infinite.
+    The states are displacement, velocity, random force and the last ``p`` values of the noise, the newest
+    first. All are zero of samples that are not used, whose ``variance`` is infinite.
     """
     index, transitions, forced, square = force
     coefficients, covariance, added = noise
     p, n = coefficients.size, variance.size
     m = 3 + p
     gains = np.zeros((n, m + 1))
-    cov = np.zeros((m, m))
+    # a value of the noise stays in its place, the newest takes that of the oldest
+    cov, newest = np.zeros((m, m)), m - 1
     cov[2, 2] = square
     for a in range(p):
         for b in range(p):
             cov[3 + a, 3 + b] = covariance[a, b]
-    before, moved, half = cov.copy(), np.empty((m, m)), np.empty((m, m))
-    changes = len(rows) > 1
-    steady = False
+    # from any place on, what each value adds to the next one: twice, so that no place has to be counted round
+    shares = np.empty(2 * p)
+    for k in range(p):
+        shares[p - 1 - k] = shares[2 * p - 1 - k] = coefficients[k]
+    gain, new = np.empty(m), np.empty(m)
+    changes, same_for = len(rows) > 1, 0
     for i in range(n):
-        if i > 0:
-            k = index[i - 1]
-            if not (steady and k == index[max(i - 2, 0)]):
-                f = transitions[k]
-                _advanced(cov, f, coefficients, half)
-                _advanced(half, f, coefficients, moved)
-                for a in range(3):
-                    for b in range(3):
-                        moved[a, b] += forced[k, a, b]
-                moved[3, 3] += added
-                steady = _close(moved, before, added)
-                for a in range(m):
-                    for b in range(m):
-                        before[a, b] = moved[a, b]
-        same = i > 0 and variance[i] == variance[i - 1] < math.inf
+        same = i > 1 and variance[i] == variance[i - 1] < math.inf and index[i - 1] == index[i - 2]
         # another row has another covariance
         same = same and not (changes and rows[i, 0] != rows[i - 1, 0])
-        if steady and same:
+        # as many equal gains as there are states say that the covariance is the same
+        if same_for >= m and same:
             for a in range(m + 1):
                 gains[i, a] = gains[i - 1, a]
-        elif variance[i] == math.inf:
-            for a in range(m):
-                for b in range(m):
-                    cov[a, b] = before[a, b]
-            steady = False
-        else:
-            steady = steady and same
-            _learned(before, rows[i if changes else 0], variance[i], gains[i], cov)
+            continue
+        if i > 0:
+            oldest = newest + 1 if newest < m - 1 else 3
+            k = index[i - 1]
+            _advance(cov, transitions[k], forced[k], shares, m - 1 - newest, added, oldest, new)
+            newest = oldest
+        if variance[i] == math.inf:
+            same_for = 0
+            continue
+        row = rows[i if changes else 0]
+        scale = _learn(cov, row, variance[i], newest, gain)
+        for a in range(3):
+            gains[i, a] = gain[a]
+        for k in range(p):
+            gains[i, 3 + k] = gain[_place(newest, k, m)]
+        gains[i, m] = scale
+        same_for = same_for + 1 if same and _close(gains[i], gains[i - 1]) else 0
     return gains
 
 
-@njit(**INNER, inline="always")
-def _learned(before: Array, row: Array, variance: float, gain: Array, cov: Array) -> None:
-    """Fill the gains of a sample that is used, and the covariance once it is known."""
-    m = before.shape[0]
+@njit(**INNER)
+def _place(newest: int, age: int, m: int) -> int:
+    """Place of the noise's value that is so many samples older than the newest."""
+    place = newest - age
+    return place if place > 2 else place + m - 3
+
+
+@njit(**INNER, fastmath={"contract"})
+def _learn(cov: Array, row: Array, variance: float, newest: int, gain: Array) -> float:
+    """Fill the gains of a sample that is used; its covariance then is known. Returns one over its sd."""
+    m = cov.shape[0]
     for a in range(m):
-        gain[a] = before[a, 0] * row[0] + before[a, 1] * row[1] + before[a, 2] * row[2] + before[a, 3]
-    total = variance - 1.0
+        gain[a] = cov[0, a] * row[0] + cov[1, a] * row[1] + cov[2, a] * row[2] + cov[newest, a]
+    total = variance - 1.0 + gain[newest]
     for a in range(3):
         total += row[a] * gain[a]
-    scale = 1.0 / math.sqrt(total + gain[3])
+    scale = 1.0 / math.sqrt(total)
     for a in range(m):
         gain[a] *= scale
-    gain[m] = scale
     for a in range(m):
         for b in range(m):
-            cov[a, b] = before[a, b] - gain[a] * gain[b]
+            cov[a, b] -= gain[a] * gain[b]
+    return scale
 
 
-@njit(**INNER)
-def _advanced(matrix: Array, f: Array, coefficients: Array, out: Array) -> None:
-    """Fill the transpose of the states' transition times a matrix, (m, m)."""
-    m = matrix.shape[0]
-    p = coefficients.size
-    for j in range(m):
+@njit(**INNER, fastmath={"contract"})
+def _advance(
+    cov: Array, f: Array, forced: Array, shares: Array, first: int, added: float, oldest: int, new: Array
+) -> None:
+    """The covariance one sample later; the new value of the noise takes the place of the oldest."""
+    m = cov.shape[0]
+    for b in range(m):
+        new[b] = 0.0
+    for k in range(m - 3):
+        for b in range(m):
+            new[b] += shares[first + k] * cov[3 + k, b]
+    own_variance = added
+    for k in range(m - 3):
+        own_variance += shares[first + k] * new[3 + k]
+    new[oldest] = own_variance
+    for b in range(m):
+        cov[oldest, b] = cov[b, oldest] = new[b]
+    for b in range(m):
+        x, v, d = cov[0, b], cov[1, b], cov[2, b]
         for a in range(3):
-            out[j, a] = f[a, 0] * matrix[0, j] + f[a, 1] * matrix[1, j] + f[a, 2] * matrix[2, j]
-        total = 0.0
-        for k in range(p):
-            total += coefficients[k] * matrix[3 + k, j]
-        out[j, 3] = total
-        for k in range(1, p):
-            out[j, 3 + k] = matrix[2 + k, j]
+            cov[a, b] = f[a, 0] * x + f[a, 1] * v + f[a, 2] * d
+    for a in range(3):
+        x, v, d = cov[a, 0], cov[a, 1], cov[a, 2]
+        for b in range(3):
+            cov[a, b] = f[b, 0] * x + f[b, 1] * v + f[b, 2] * d + forced[a, b]
+        for b in range(3, m):
+            cov[b, a] = cov[a, b]
 
 
 @njit(**INNER)
-def _close(first: Array, second: Array, added: float) -> bool:
-    """Whether two covariances are the same to rounding; values of the noise that are known have none."""
-    m = first.shape[0]
-    for a in range(m):
-        own = max(first[a, a], added if a > 2 else 0.0)
-        for b in range(a + 1):
-            other = max(first[b, b], added if b > 2 else 0.0)
-            if abs(first[a, b] - second[a, b]) > _STEADY * math.sqrt(own * other):
-                return False
-    return True
+def _close(gains: Array, before: Array) -> bool:
+    """Whether gains are what they were to rounding."""
+    most = 0.0
+    for a in range(gains.size):
+        most = max(most, abs(gains[a] - before[a]) / (1.0 + abs(gains[a])))
+    return most <= _STEADY
 
 
 @njit(**KERNEL, fastmath={"contract"})

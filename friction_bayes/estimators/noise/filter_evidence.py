@@ -19,7 +19,7 @@ unfiltered has no zeros, and is level enough once whitened.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
+from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.special import expit, gammainc, softmax
 
 from friction_bayes.core.arrays import Array, Complexes
@@ -69,6 +70,9 @@ _INTEGRATED = (2, 4)
 _STRIDE, _FIRST = 1.12, 4
 """Ratio of the sizes among which the best is found: the evidence has humps that are wider. Of filters without
 zeros every fourth is tried first."""
+_MOST_GAINED = 50.0
+"""What sizes between those of that ratio add at most to a log evidence (23 in 256 kinds of 16 records), and
+sizes between some farther apart as the square of that: where it is too little, no finer ones are tried."""
 _BY_NOISE = 4
 """How many sizes of a filter with zeros are tried: those that the zeros of the noise make most probable."""
 _MOST, _MUCH_LESS = 30, 0.05
@@ -183,8 +187,11 @@ def likely_filters(
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
     def behind(filter_: RecordingFilter) -> tuple[Array, float]:
-        shown = through.rows(filter_, whitener)[:, inner][:, -filled.size :]
-        return spectra.behind(filled, shown, filter_.memory(inner.stop).T[:, inner])
+        memory = filter_.memory(inner.stop, spectra.whitener_at(-1j * filter_.settling)).T
+        shown, unseen = (
+            rows[:, inner][:, -filled.size :] for rows in (through.rows(filter_, whitener), memory)
+        )
+        return spectra.behind(filled, shown, unseen)
 
     def log_evidence(filter_: RecordingFilter) -> float:
         power, price = behind(filter_)
@@ -203,7 +210,7 @@ def likely_filters(
     for kind in kinds:
         if only in {None, kind.name}:
             log_prior = log_kind - math.log(kind.sizes.size)
-            found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence))
+            found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence, log_other))
     # where samples are interpolated no filter fits the noise
     if only is None and np.isfinite(signal).all():
         found = [with_unlisted(each) if each.log_evidence > log_other else each for each in found]
@@ -215,7 +222,8 @@ def _filled(signal: Array, rows: Array) -> Array:
     known = np.isfinite(signal)
     if known.all():
         return signal
-    fitted = near_least_squares(_sums(rows[:, known], signal[known])) @ rows
+    both = np.vstack([rows, signal])[:, known]
+    fitted = near_least_squares(both @ both.T) @ rows
     left = np.interp(np.arange(signal.size), np.flatnonzero(known), (signal - fitted)[known])
     return np.where(known, signal, fitted + left)
 
@@ -225,36 +233,51 @@ def _of_kind(
     log_prior: float,
     of_noise: Callable[[RecordingFilter], float],
     log_evidence: Callable[[RecordingFilter], float],
+    log_other: float,
 ) -> FoundKind:
-    """Filters of a kind: some of all sizes, and all near the best of these."""
-    filters = [replace(kind.of(float(size)), log_prior=log_prior) for size in kind.sizes]
-    known: dict[int, float] = {}
+    """Filters of a kind: some of all sizes, and all near the best of these where that may be probable."""
+    tried: dict[int, tuple[float, RecordingFilter]] = {}
 
-    def best_of(sizes: Iterable[int]) -> int:
-        known.update({i: log_prior + log_evidence(filters[i]) for i in sizes if i not in known})
-        return max(known, key=known.__getitem__)
+    def value(i: int) -> float:
+        if i not in tried:
+            filter_ = replace(kind.of(float(kind.sizes[i])), log_prior=log_prior)
+            tried[i] = (log_prior + log_evidence(filter_), filter_)
+        return tried[i][0]
 
     if kind.has_zeros:
-        probable = np.argsort([-of_noise(each) for each in filters])[:_BY_NOISE]
-        best = best_of(probable.tolist())
-        best_of(range(max(best - 1, 0), min(best + 2, len(filters))))
+        by_noise = np.argsort([-of_noise(kind.of(float(size))) for size in kind.sizes])[:_BY_NOISE]
+        best = max(by_noise.tolist(), key=value)
+        near = range(max(best - 1, 0), min(best + 2, kind.sizes.size))
     else:
-        tried = _spread(kind.sizes)
-        last = len(tried) - 1
-        first = [*range(0, last, _FIRST), last]
-        best_of(tried[each] for each in first)
-        # noise and corners may each have a hump
-        for hump in humps(np.array([known[tried[each]] for each in first])):
-            place, step = first[hump], _FIRST
-            while step > 1:
-                step //= 2
-                near = [each for each in (place - step, place, place + step) if 0 <= each <= last]
-                best_of(tried[each] for each in near)
-                place = max(near, key=lambda each: known[tried[each]])
-        place = tried.index(best_of(()))
-        best_of(range(tried[max(place - 1, 0)], tried[min(place + 1, last)] + 1))
-    ranked = sorted(known, key=lambda i: -known[i])
-    return FoundKind(kind.name, [(known[i], filters[i]) for i in ranked])
+        near = _around_the_best(_spread(kind.sizes), value, log_other)
+    for i in near:
+        value(i)
+    return FoundKind(kind.name, sorted(tried.values(), key=lambda each: -each[0]))
+
+
+def _around_the_best(places: Sequence[int], value: Callable[[int], float], log_other: float) -> range:
+    """Places between the neighbours of the best of some; none where that is too improbable."""
+
+    def height(k: int) -> float:
+        return value(places[k])
+
+    def worth_more(k: int, step: int) -> bool:
+        return height(k) + _MOST_GAINED * step**2 > log_other
+
+    last = len(places) - 1
+    first = [*range(0, last, _FIRST), last]
+    tops = []
+    # noise and corners may each have a hump
+    for hump in humps(np.array([height(k) for k in first])):
+        top, step = first[hump], _FIRST
+        while step > 1 and worth_more(top, step):
+            step //= 2
+            top = max((k for k in (top - step, top, top + step) if 0 <= k <= last), key=height)
+        tops.append(top)
+    best = max(tops, key=height)
+    if not worth_more(best, 1):
+        return range(0)
+    return range(places[max(best - 1, 0)], places[min(best + 1, last)] + 1)
 
 
 def _spread(sizes: Array) -> list[int]:
@@ -286,7 +309,7 @@ class _Spectra:
             swings * np.sin(phase)[:, None],
         ]
         self._slow = np.asarray(np.hstack(slow).T, np.float64)
-        left = _residual(signal, np.vstack([rows, self._slow]))
+        left, _ = _residual(signal, np.vstack([self._slow, rows]))
         coefficients, _ = burg_recursion(
             left / math.sqrt(float(left @ left) / left.size), most_lags(signal.size)
         )
@@ -304,7 +327,7 @@ class _Spectra:
         self._places = self._places[2.0 * math.pi * self._places / n > _ABOVE * angle]
         # the transform at multiples of a frequency is that of as many parts of the samples added up
         self._parts = _tapers(n).reshape(_TAPERS, _LOBE, -1)
-        self._noise = self._power(self._left(self.whitened(signal), self.whitened(rows)))
+        self._noise = self._power_left(self.whitened(signal), self.whitened(rows))
         self._white = self._expected(np.ones_like(grid))
         gain = self._gain[2 * self._places]
         strongest, loudest = (float(np.max(each, initial=0.0)) for each in (self._noise, self._noise / gain))
@@ -322,8 +345,8 @@ class _Spectra:
 
     def of_others(self, signal: Array, rows: Array) -> float:
         """Log evidence of noise that was not filtered, averaged over its kinds and their sizes."""
-        colour, _ = burg(_residual(signal, rows), len(rows))
-        power = self._power(self._left(self.whitened(signal), self.whitened(rows)))
+        colour, _ = burg(_residual(signal, rows)[0], len(rows))
+        power = self._power_left(self.whitened(signal), self.whitened(rows))
         white = self._gain[2 * self._places]
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
         phase = self._omega / self._angle
@@ -352,14 +375,14 @@ class _Spectra:
             Whitened.
         shown : ndarray, shape (p + 1, n)
             Columns of the law behind the filter, the last one known, whitened.
-        memory : ndarray, shape (q, samples)
-            Of the filter, not whitened; what came after the record hardly shows under tapers.
+        memory : ndarray, shape (q, n)
+            Of the filter, whitened; what came after the record hardly shows under tapers.
         """
-        rows = shown[:-1]
-        if len(memory):
-            rows = np.vstack([rows, self.whitened(memory)])
-        power = self._power(self._left(signal - shown[-1], rows))
-        return power, self._price(len(shown) - 1) + self._price_of_memory(rows, len(memory))
+        rows = np.vstack([shown[:-1], memory])
+        left, factor = self._left(signal - shown[-1], rows)
+        # coefficients of the memory are of the order of the amplitude
+        own = np.diag(factor)[len(factor) - len(memory) :] / self._noise_over_size
+        return self._power(left), self._price(len(shown) - 1) + float(np.log(own).sum())
 
     def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
         """Filters of other kinds that resemble one, relative to it; none if that is no low pass."""
@@ -373,7 +396,7 @@ class _Spectra:
         over, share = power[shows] / best, shape[shows] / best
         return likeness(over / over.mean(), share, self._omega[shows], float(less[0]), filter_, _TAPERS)
 
-    def whitener_at(self, omega: Array) -> Complexes:
+    def whitener_at(self, omega: Array | Complexes) -> Complexes:
         """Response of the whitening filter at frequencies, shape (m,)."""
         lags = np.arange(self._whitener.size)
         return np.asarray(np.exp(-1j * np.multiply.outer(omega, lags)) @ self._whitener)
@@ -385,22 +408,16 @@ class _Spectra:
         white = irfft(rfft(rows, size) * rfft(self._whitener, size), size)
         return np.asarray(white[..., samples - self._n : samples])
 
-    def _left(self, signal: Array, rows: Array) -> Array:
-        """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
-        return _residual(signal, np.vstack([rows, self._slow]), self._noise_over_size)
+    def _left(self, signal: Array, rows: Array) -> tuple[Array, Array]:
+        """Residual of a signal after a drifting zero, a swing of varying amplitude and phase, and rows."""
+        return _residual(signal, np.vstack([self._slow, rows]), self._noise_over_size)
+
+    def _power_left(self, signal: Array, rows: Array) -> Array:
+        return self._power(self._left(signal, rows)[0])
 
     def _price(self, coefficients: int) -> float:
         """Penalty for fitted coefficients, by the Bayesian information criterion."""
         return 0.5 * coefficients * math.log(self._n)
-
-    def _price_of_memory(self, rows: Array, count: int) -> float:
-        """The same of the last rows, whose coefficients are of the order of the amplitude."""
-        if count == 0:
-            return 0.0
-        sums = _sums(np.vstack([self._slow, rows[:-count]]), rows[-count:])
-        sums[np.diag_indices_from(sums)] *= 1.0 + RIDGE
-        own = np.linalg.cholesky(sums)[-count:, -count:] / self._noise_over_size
-        return 0.5 * float(np.linalg.slogdet(np.eye(count) + own @ own.T)[1])
 
     def _power(self, left: Array) -> Array:
         parts = np.einsum("kij,ij->kj", self._parts, left.reshape(self._parts.shape[1:]))
@@ -438,22 +455,18 @@ class _Spectra:
         return np.asarray(seen.sum(axis=1) + hidden.sum(axis=1))
 
 
-def _residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> Array:
+def _residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> tuple[Array, Array]:
     """What least squares of rows leave of a signal, if coefficients have that size, over the noise.
 
-    The second fit takes what the first one left for its rounding.
+    And Cholesky's factor of the products of rows. The second fit takes what rounding left.
     """
+    products = rows @ rows.T
+    products[np.diag_indices(len(rows))] += RIDGE * np.diag(products) + noise_over_size**2
+    factor, _ = dpotrf(products, lower=True)
     for _ in range(2):
-        sums = _sums(rows, signal)
-        sums[np.diag_indices(len(rows))] += noise_over_size**2
-        signal = signal - near_least_squares(sums) @ rows
-    return signal
-
-
-def _sums(rows: Array, last: Array) -> Array:
-    """Sums of the products of rows and, last, of one or more."""
-    both = np.vstack([rows, last])
-    return both @ both.T
+        coefficients, _ = dpotrs(factor, rows @ signal, lower=True)
+        signal = signal - coefficients @ rows
+    return signal, np.asarray(factor)
 
 
 @lru_cache(maxsize=1)

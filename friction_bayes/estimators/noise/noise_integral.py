@@ -15,10 +15,11 @@ of the columns, ``s`` those with the record less a reference law ``b0``, and ``y
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
+from friction_bayes.conjugate.mixture import OMITTED
+from friction_bayes.core.arrays import Array
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.problem import Problem
@@ -44,14 +45,28 @@ def over_noise(problem: Problem, posterior: Posterior, prior: ForcePrior) -> Pos
     prior : ForcePrior
         Of the random force, as it was integrated over.
     """
-    points = [each for point in posterior.points for each in _noises(problem, prior, point)]
+    found = [
+        (point, *_noises(problem, prior, point))
+        for point in posterior.points
+        if np.isfinite(point.found.log_weight[0])
+    ]
+    least = max(float(np.max(log_weight + log_volume)) for _, _, log_weight, log_volume in found)
+    least += math.log(OMITTED)
+    points = [
+        GridPoint(
+            ratio=point.ratio,
+            tau=point.tau,
+            log_volume=float(log_volume[k]),
+            found=SetEvidences(log_weight[k : k + 1], noise2[k : k + 1], point.found.full_noise2),
+        )
+        for point, noise2, log_weight, log_volume in found
+        for k in np.flatnonzero(log_weight + log_volume > least).tolist()
+    ]
     return Posterior(problem, points)
 
 
-def _noises(problem: Problem, prior: ForcePrior, point: GridPoint) -> list[GridPoint]:
-    """A point at several values of the noise; none where it has no probability."""
-    if not np.isfinite(point.found.log_weight[0]):
-        return []
+def _noises(problem: Problem, prior: ForcePrior, point: GridPoint) -> tuple[Array, Array, Array]:
+    """Variances of the noise at a point, and log evidence and log prior probability of each."""
     whitened, reference = problem.marginal(point.ratio, point.tau), problem.reference
     n, p = problem.used, reference.size
     found, fewest = math.log(point.found.noise2[0]), max(n - p, 1)
@@ -70,11 +85,4 @@ def _noises(problem: Problem, prior: ForcePrior, point: GridPoint) -> list[GridP
         # the cell in size and time, with the prior at each noise
         log_prior = prior.log_density(point.ratio * np.sqrt(variance), point.tau)
         log_prior += point.log_volume - prior.log_density(point.ratio * point.noise, point.tau)
-    return [
-        replace(
-            point,
-            log_volume=float(volume),
-            found=SetEvidences(np.array([0.5 * weight]), np.array([noise2]), point.found.full_noise2),
-        )
-        for weight, noise2, volume in zip(value, variance, log_prior + math.log(step), strict=True)
-    ]
+    return variance, 0.5 * value, log_prior + math.log(step)

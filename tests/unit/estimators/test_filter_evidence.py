@@ -19,16 +19,17 @@ def test_a_column_of_rounding_explains_nothing(rng: np.random.Generator) -> None
     swing = np.cos(0.3 * np.arange(SAMPLES))
     rounding = 1e-17 * rng.standard_normal((20, SAMPLES))
     signal = 2.0 * swing + noise
-    alone = _residual(signal, swing[None], 1e-3)
-    np.testing.assert_allclose(_residual(signal, np.vstack([swing, rounding]), 1e-3), alone, atol=1e-12)
-    np.testing.assert_allclose(alone, _residual(signal, swing[None]), atol=1e-8)
+    alone, _ = _residual(signal, swing[None], 1e-3)
+    left, _ = _residual(signal, np.vstack([swing, rounding]), 1e-3)
+    np.testing.assert_allclose(left, alone, atol=1e-12)
+    np.testing.assert_allclose(alone, _residual(signal, swing[None])[0], atol=1e-8)
 
 
 def test_a_second_fit_takes_what_rounding_left_of_the_first(rng: np.random.Generator) -> None:
     """Columns that nearly agree have large coefficients that nearly cancel."""
     swing, other = np.cos(0.3 * np.arange(SAMPLES)), rng.standard_normal(SAMPLES)
     rows = np.vstack([swing, swing + 1e-4 * other])
-    left = _residual(3.0 * swing + other, rows)
+    left, _ = _residual(3.0 * swing + other, rows)
     assert np.max(np.abs(left)) < 2e-3
 
 
@@ -52,5 +53,17 @@ def test_the_higher_of_two_humps_is_found_where_both_are_tried_first() -> None:
         wide, narrow = (math.log(corner / place) for place in (2.7, 4.89))
         return max(100.0 - 1500.0 * wide**2, 700.0 - 34000.0 * narrow**2, 35.0 - 200.0 * abs(narrow))
 
-    found = _of_kind(kind, 0.0, lambda filter_: 0.0, log_evidence)
+    found = _of_kind(kind, 0.0, lambda filter_: 0.0, log_evidence, 0.0)
     assert found.filters[0][0] == pytest.approx(700.0, abs=1.0)
+
+
+def test_sizes_are_tried_as_finely_as_they_may_be_probable() -> None:
+    """Next to a filter that is certain others of its kind are tried a twentieth apart, else every fourth."""
+    kind = next(kind for kind in kinds_for(10.0 / 240.0) if kind.name.startswith("Bessel"))
+
+    def tried(log_other: float) -> int:
+        return len(_of_kind(kind, 0.0, lambda _: 0.0, lambda each: -abs(each.gain - 0.99), log_other).filters)
+
+    few, some, many = (tried(log_other) for log_other in (1e3, 100.0, 0.0))
+    assert few < some < many
+    assert few == 1 + math.ceil(math.log(kind.sizes[-1] / kind.sizes[0]) / math.log(1.12) / 4)
