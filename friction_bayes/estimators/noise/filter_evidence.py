@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -186,6 +186,8 @@ def likely_filters(
     through = Through(np.column_stack([columns, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
+    # what the best of a kind leaves is looked at again
+    @cache
     def behind(filter_: RecordingFilter) -> tuple[Array, float]:
         memory = filter_.memory(inner.stop, spectra.whitener_at(-1j * filter_.settling)).T
         shown, unseen = (

@@ -303,19 +303,13 @@ def _behind(
         log_none = _log_evidence_of_filters(found)
     if not found:
         return []
-    shares = (filters.probability * softmax([each.value for each in found])).tolist()
-    of_filter = sum(share for each, share in zip(found, shares, strict=True) if each.of_filter)
-    found = [
-        each._replace(value=share if each.of_filter else share * of_filter)
-        for each, share in zip(found, shares, strict=True)
-    ]
+    shares = filters.probability * softmax([each.value for each in found])
+    of_filter = np.array([each.of_filter for each in found])
+    shares[~of_filter] *= shares[of_filter].sum()
     if free:
-        rest = filters.probability - sum(each.value for each in found)
-        own = softmax([each.value for each in free]).tolist()
-        found[: len(free)] = [
-            each._replace(value=each.value + share * rest) for each, share in zip(found, own, strict=False)
-        ]
-    return found
+        rest = filters.probability - shares.sum()
+        shares[: len(free)] += rest * softmax([each.value for each in free])
+    return [each._replace(value=share) for each, share in zip(found, shares.tolist(), strict=True)]
 
 
 def _log_evidence_of_filters(found: Sequence[_Found]) -> float:

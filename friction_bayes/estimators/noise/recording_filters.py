@@ -118,12 +118,13 @@ class RecordingFilter:
         before = irfft(rfft(noise, size) / np.maximum(share, _LET_THROUGH), size)
         return np.asarray(before[: noise.size])
 
-    def memory(self, samples: int) -> Array:
+    def memory(self, samples: int, another: Complexes | float = 1.0) -> Array:
         """Responses to the time before the recording, shape (samples, p): any multiples of these.
 
         The difference between two recordings of one motion, whatever had gone through the filter before.
+        Behind another response too, which has these values at :attr:`settling`.
         """
-        left = np.exp(np.multiply.outer(np.arange(samples), self.settling))
+        left = another * np.exp(np.multiply.outer(np.arange(samples), self.settling))
         # a rate that alternates from sample to sample is real
         pairs = (self.settling.imag != 0.0) & (np.abs(self.settling.imag) != math.pi)
         return np.hstack([left.real, left.imag[:, pairs]])
