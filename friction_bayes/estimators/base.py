@@ -72,10 +72,21 @@ class RandomForce:
 
 
 class BehindFilter(NamedTuple):
-    """A filter that a record went through: its name in words, and its gain on the motion."""
+    """The most probable filter of a record.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    gain : float
+        On the motion.
+    probability : float
+        That there was a filter, this one or another.
+    """
 
     name: str
     gain: float
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,13 +238,14 @@ class Fit:
         unlisted = [each for each in self.accounts if each.unlisted is not None]
         listed = [each for each in self.accounts if each.filter is not None and each.unlisted is None]
         of_unlisted, of_listed = (sum(each.probability for each in some) for some in (unlisted, listed))
-        if of_unlisted + of_listed <= 0.5:
+        probability = of_unlisted + of_listed
+        if probability <= 0.5:
             return None
         if of_unlisted > of_listed:
             gain = sum(each.probability * each.gain for each in unlisted) / of_unlisted
-            return BehindFilter(UNLISTED, gain)
+            return BehindFilter(UNLISTED, gain, probability)
         best = max(listed, key=lambda each: each.probability)
-        return BehindFilter(best.filter.name, best.gain) if best.filter is not None else None
+        return None if best.filter is None else BehindFilter(best.filter.name, best.gain, probability)
 
     @property
     def target(self) -> Target:

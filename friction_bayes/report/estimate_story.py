@@ -152,4 +152,10 @@ def behind_filter(filter_: Mapping[str, Any] | None) -> str:
     if filter_["name"] == UNLISTED:
         return f" ({UNLISTED} may have coloured it: some {lost} % of the motion is put back)"
     put_back = "" if lost == "0.00" else f": the {lost} % that it takes of the motion is put back"
+    # a loop reports a filter that it took as certain
+    probability = filter_.get("probability", 1.0)
+    if probability < 1.0 - _WORTH_A_WORD:
+        return (
+            f", behind a filter with probability {percent(probability)}, such as {filter_['name']}{put_back}"
+        )
     return f", behind {filter_['name']}{put_back}"

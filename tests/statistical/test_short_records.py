@@ -29,8 +29,6 @@ def hits(quantity: str, method: str, rng: np.random.Generator) -> np.ndarray:
             sampling_rate=1.0 / STEP,
             quantity=quantity,
             method=method,
-            # by default so short a record is as wide as its amplitudes alone at least, and covers more
-            random_force="none",
             judge=False,
         )
         low, high = result["friction_interval90"].values[result["status"].values == 0].T

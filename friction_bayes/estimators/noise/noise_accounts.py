@@ -318,17 +318,33 @@ def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
 
 
 def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
-    """Accounts behind the most probable filters of a kind, and behind others like the first."""
+    """Accounts behind the most probable filters of a kind, and behind others like the first.
+
+    Where a force is improbable behind one, it is not evaluated behind the less probable ones, which differ
+    little: the odds are the same, and its accounts there stand for all of these.
+    """
     behind = prepared.behind(kind, laid)[:sizes]
     shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
     # one sensor has one, and its estimate varies more than filters of a kind differ
     floor = float(np.median([shape.still.noise_floor for shape in shapes]))
     found: list[_Found] = []
+    log_odds, left = None, sum(share for share, _ in behind)
     for (share, _), shape in zip(behind, shapes, strict=True):
-        parts = _under_floor(prepared, [shape], floor)
-        log_force = logsumexp([part.log_evidence for part in parts if part.has_force])
-        log_kind = kind.log_evidence + math.log(share) - log_force
-        listed = [_Found(part, log_kind + part.log_evidence) for part in parts]
+        parts = _under_floor(prepared, [shape], floor, forces=log_odds is None)
+        log_none = logsumexp([part.log_evidence for part in parts if not part.has_force])
+        of_force = share
+        if log_odds is None:
+            odds = logsumexp([part.log_evidence for part in parts if part.has_force]) - log_none
+            if odds < math.log(SLIGHT):
+                log_odds, of_force = odds, left
+        else:
+            odds = log_odds
+        left -= share
+        log_kind = kind.log_evidence - log_none - odds
+        listed = [
+            _Found(part, log_kind + math.log(of_force if part.has_force else share) + part.log_evidence)
+            for part in parts
+        ]
         filter_ = shape.still.laid.filter
         if not found and kind.unlisted and filter_ is not None:
             found += _with_gains(listed, kind.unlisted, filter_.gain, kind.log_evidence + math.log(share))
@@ -461,8 +477,10 @@ def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
     return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
 
 
-def _under_floor(prepared: PreparedDecay, shapes: Sequence[_Shape], floor: float) -> list[_Evaluated]:
-    """All accounts, the noise nowhere below a floor.
+def _under_floor(
+    prepared: PreparedDecay, shapes: Sequence[_Shape], floor: float, *, forces: bool = True
+) -> list[_Evaluated]:
+    """All accounts, or those without a force, the noise nowhere below a floor.
 
     The silence behind a filter is no evidence against friction, or for a force in place of the noise.
     """
@@ -472,7 +490,7 @@ def _under_floor(prepared: PreparedDecay, shapes: Sequence[_Shape], floor: float
     parts = [part for still in stills for part in still]
     best = [max(still, key=lambda part: part.log_evidence) for still in stills]
     for shape, part, likely in zip(shapes, best, _probable(best), strict=True):
-        if likely:
+        if likely and forces:
             forced = _with_force(prepared, [laid.with_noise(floor) for laid in shape.paths], part)
             parts += _above(forced, shape.paths, floor)
     return parts

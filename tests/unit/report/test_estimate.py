@@ -87,5 +87,7 @@ def test_what_the_interval_rests_on_is_one_clause_each(entry: EstimatedRecord) -
     assert "the turning points (probability 58.0 %) do not" in rests_on()
     gained = rests_on(filter={"name": "a moving mean", "gain": 0.9874})
     assert "sensor, behind a moving mean: the 1.26 % that it takes of the motion is put back and" in gained
+    doubted = rests_on(filter={"name": "a moving mean", "gain": 0.9874, "probability": 0.8})
+    assert "sensor, behind a filter with probability 80.0 %, such as a moving mean: the 1.26 %" in doubted
     kept = rests_on(filter={"name": "a moving mean", "gain": 1.0 - 1e-9})
     assert "sensor, behind a moving mean and a force" in kept
