@@ -254,6 +254,29 @@ def test_no_filter_is_found_in_white_noise_or_under_a_force(
     assert abs(found.friction.mean() - 1.0) < high - low
 
 
+def test_an_improbable_force_is_evaluated_behind_one_filter_of_a_kind() -> None:
+    found = fb.estimate(filtered("displacement", 12.0), SYSTEM)
+    assert found.random_force is not None
+    assert found.random_force.probability < 1e-3
+    listed = [each for each in found.fit.accounts if each.filter is not None and each.unlisted is None]
+    still, forced = (
+        {each.filter.name for each in listed if each.filter is not None and each.forced is force}
+        for force in (False, True)
+    )
+    assert len(still) > 3
+    assert len(forced) == 1
+    assert forced < still
+
+
+def test_a_memory_behind_weights_is_that_of_the_weighted_samples() -> None:
+    """A whitener sees of it what convolution does, from where it knows all samples before."""
+    filter_, weights = ONE_WAY[3].of(1.6 * ANGLE), np.array([1.0, -0.8, 0.3])
+    behind = np.exp(np.multiply.outer(-filter_.settling, np.arange(weights.size))) @ weights
+    plain, seen = filter_.memory(60), filter_.memory(60, behind)
+    convolved = np.apply_along_axis(lambda column: np.convolve(column, weights)[:60], 0, plain)
+    np.testing.assert_allclose(seen[2:], convolved[2:], rtol=1e-9, atol=1e-12)
+
+
 def test_a_blend_has_the_mean_and_the_spread_of_its_filters() -> None:
     """A record behind it varies with its doubts as it does from filter to filter."""
     shares = np.array([0.6, 0.3, 0.1])
