@@ -260,7 +260,7 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
         then += " there need be no dry friction"
     else:
-        then += f" dry friction is {of(uneven.coefficient)} by the amplitudes"
+        then += f" dry friction is {of(uneven.coefficient)}"
     spans = "spans both" if uneven.sure else "reaches from the one towards the other by that probability"
     reported = "this is reported" if fit.witness is None else f"the interval reported {spans}"
     text = (

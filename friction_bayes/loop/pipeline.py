@@ -43,12 +43,12 @@ def run_loop(
     force = None if reference_force is None else validate_force(segments[0], reference_force)
     system = _calibrated(system, segments)
     scales = scales_of(segments, system)
-    barred = {name: why for name in options.allowed if (why := why_not_evaluated(name, segments[0], scales))}
     rng, rng_report = np.random.default_rng(options.seed).spawn(2)
     candidates = candidates_of(segments, system, options, rng, progress)
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report
+    barred = {name: why for name in options.allowed if (why := why_not_evaluated(name, segments[0], scales))}
     notes = (f"{words(name)} was requested and not evaluated: {why}" for name, why in sorted(barred.items()))
     return replace(report, notes=(*report.notes, *notes))
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
+from scipy.special import expit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
@@ -51,7 +52,7 @@ from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, 
 from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["CORNER", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
+__all__ = ["CORNER", "DAMPING", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
 
 _CENTRE = 0.3
 """Median of the random force's sd over the friction that explains the loss of amplitude."""
@@ -63,6 +64,8 @@ LEAST_SAMPLES = 12
 Of 300 records of 12 to 62 samples in white noise 272 were covered. With the amplitudes alone in place of the
 accounts 195 of the 200 longer ones, and 73 intervals were more than twice as wide as under white noise.
 """
+DAMPING = "damping"
+"""Name of the column of viscous damping."""
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
 _ON_GRID = 0.05
@@ -203,6 +206,32 @@ class Laid:
             sets=np.hstack([regression.sets, np.ones((len(regression.sets), extra), np.bool_)]),
         )
         return replace(self, regression=filtered, filter=filter_).with_variance(inside)
+
+    def with_damping(self, friction: float, log_odds: float) -> Laid:
+        """The same without viscous damping and with it, for a displacement ``r/k``; natural units.
+
+        Its coefficient is normal about zero with the sd with which it takes all that friction takes.
+        """
+        path, regression = self.path, self.regression
+        states = force_response(path, -path.node_v[:, None])
+        column = at_sensor(states, regression.row, -path.v[:, None])
+        if self.filter is not None:
+            column = Through(column)(self.filter)
+        scale = 4.0 * friction / (math.pi * float(np.mean(np.hypot(path.x, path.v))))
+        sets = np.repeat(regression.sets, 2, axis=0)
+        return replace(
+            self,
+            regression=replace(
+                regression,
+                names=(*regression.names, DAMPING),
+                columns=np.hstack([regression.columns, column]),
+                states=np.concatenate([regression.states, states], axis=2),
+                scale=np.append(regression.scale, scale),
+                positive=np.append(regression.positive, False),
+                sets=np.column_stack([sets, [False, True]]),
+                log_prior=np.log([expit(-log_odds), expit(log_odds)]),
+            ),
+        )
 
     @property
     def has_free_corners(self) -> bool:

@@ -24,6 +24,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.noise.coulomb_regression import (
     CORNER,
+    DAMPING,
     LEAST_SAMPLES,
     Laid,
     PlainDecay,
@@ -187,6 +188,17 @@ class NoiseAccount:
         regression, best = self._part.laid.regression, self._part.posterior.best
         innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
         return whiteness(innovations[regression.clock.used])
+
+    def damped(self, log_odds: float) -> tuple[float, float, Mixture]:
+        """Viscous damping by the whole signal: its probability, its mean, and friction coefficient with it.
+
+        Of an account without a force. The prior is that of :meth:`Laid.with_damping`, in units of the motion.
+        """
+        laid = self._part.laid.with_damping(self._prepared.friction, log_odds)
+        found = integrate_force(Problem.of(laid.regression), self._prepared.prior.without_force)
+        given = found.among(np.array([[False, True]]))
+        friction = given.coefficient("friction").scaled(self._unit)
+        return float(found.weight[0, 1]), given.coefficient(DAMPING).mean(), friction
 
     def target(self, force_factor: float) -> Target:
         """The same posterior for a sampler, given the factor from ``coefficient`` to force."""

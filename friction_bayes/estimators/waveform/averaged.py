@@ -23,6 +23,7 @@ from friction_bayes.decay.sensor_calibration import force_factor, swing_frequenc
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, PosteriorPart, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
+    LOG_ODDS_OF_UNEVEN,
     UnevenLoss,
     loss_of_amplitude,
     uneven_loss,
@@ -145,6 +146,13 @@ def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
     return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
 
 
+def _damped(accounts: Sequence[NoiseAccount]) -> UnevenLoss:
+    """An uneven loss by the whole signal: an acceleration jumps by friction itself at each turning point."""
+    best = max((each for each in accounts if each.of_known_noise), key=lambda each: each.probability)
+    probability, damping, coefficient = best.damped(LOG_ODDS_OF_UNEVEN)
+    return UnevenLoss(probability, damping > 0.0, coefficient)
+
+
 def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
     """Friction by the loss of amplitude of the motion, from that of the signal."""
     if all(each.gain == 1.0 for each in accounts):
@@ -167,8 +175,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
         if decay.quantity.order == 2 and _noise_is_known(accounts) and not uneven.sure:
-            # the jump at each turning point shows friction itself, better than amplitudes exclude damping
-            uneven = None
+            uneven = _damped(accounts)
     fit = replace(fit, uneven_loss=uneven)
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))

@@ -202,6 +202,34 @@ def test_damping_that_is_improbable_is_said_where_the_interval_reaches_towards_i
     assert alone[0] > 0.07
 
 
+def accelerometer(damping_ratio: float, seed: int) -> fb.Estimate:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=8.0,
+        sampling_rate=200.0,
+        noise_sd=0.06,
+        seed=seed,
+        quantity="acceleration",
+        effects={"viscous_damping.damping_ratio": damping_ratio},
+    )
+    return fb.estimate(record, SYSTEM)
+
+
+def test_an_accelerometer_weighs_damping_by_what_its_jumps_say() -> None:
+    """They show friction itself: slight damping is in the interval, and without any that is no wider."""
+    covered = 0
+    for seed in range(4):
+        damped, plain = accelerometer(0.0004, seed), accelerometer(0.0, seed)
+        covered += damped.friction.ppf(0.05) < 0.07 < damped.friction.ppf(0.95)
+        assert damped.fit.uneven_loss.probability > 0.1
+        assert damped.fit.uneven_loss.faster
+        assert plain.fit.uneven_loss.probability < 0.01
+        assert plain.friction.std() < 1.01 * plain.fit.coefficient.std() * plain.force_factor
+    assert covered >= 3
+
+
 def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> None:
     """By ``estimate``, and in a batch too short for a glance at its amplitudes."""
     computed = []
