@@ -186,8 +186,6 @@ def likely_filters(
     through = Through(np.column_stack([columns, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
-    # what the best of a kind leaves is looked at again
-    @cache
     def behind(filter_: RecordingFilter) -> tuple[Array, float]:
         memory = filter_.memory(inner.stop, spectra.whitener_at(-1j * filter_.settling)).T
         shown, unseen = (
@@ -240,14 +238,17 @@ def _of_kind(
     """Filters of a kind: some of all sizes, and all near the best of these where that may be probable."""
     tried: dict[int, tuple[float, RecordingFilter]] = {}
 
+    @cache
+    def of_size(i: int) -> RecordingFilter:
+        return replace(kind.of(float(kind.sizes[i])), log_prior=log_prior)
+
     def value(i: int) -> float:
         if i not in tried:
-            filter_ = replace(kind.of(float(kind.sizes[i])), log_prior=log_prior)
-            tried[i] = (log_prior + log_evidence(filter_), filter_)
+            tried[i] = (log_prior + log_evidence(of_size(i)), of_size(i))
         return tried[i][0]
 
     if kind.has_zeros:
-        by_noise = np.argsort([-of_noise(kind.of(float(size))) for size in kind.sizes])[:_BY_NOISE]
+        by_noise = np.argsort([-of_noise(of_size(i)) for i in range(kind.sizes.size)])[:_BY_NOISE]
         best = max(by_noise.tolist(), key=value)
         near = range(max(best - 1, 0), min(best + 2, kind.sizes.size))
     else:

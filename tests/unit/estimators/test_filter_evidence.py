@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from friction_bayes.estimators.noise import filter_evidence
 from friction_bayes.estimators.noise.filter_evidence import _of_kind, _residual, likely_filters
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, kinds_for
+from friction_bayes.estimators.noise.recording_filters import FilterKind, RecordingFilter, kinds_for
 
 SAMPLES = 400
 
@@ -42,6 +45,26 @@ def test_too_few_samples_decide_on_no_filter(rng: np.random.Generator, samples: 
     assert not found.kinds
     assert found.likely == []
     assert found.probability == 0.0
+
+
+def test_filters_of_one_name_have_their_own_evidence(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of AC couplings neighbours may have one name in words."""
+    phase = 0.3 * np.arange(SAMPLES)
+    swing = np.column_stack([np.cos(phase), np.sin(phase)])
+    signal = swing[:, 0] + np.cumsum(1e-3 * rng.standard_normal(SAMPLES))
+
+    def evidence(name_of: Callable[[float], str]) -> list[float]:
+        def named(angle: float) -> list[FilterKind]:
+            (coupling,) = (kind for kind in kinds_for(angle) if kind.name == "AC coupling")
+            return [replace(coupling, of=lambda size: replace(coupling.of(size), name=name_of(size)))]
+
+        monkeypatch.setattr(filter_evidence, "kinds_for", named)
+        (found,) = likely_filters(signal, np.zeros(SAMPLES), swing, swing, 0.3, 0).kinds
+        return [value for value, _ in found.filters]
+
+    assert evidence(lambda size: "alike") == evidence(repr)
 
 
 def test_the_higher_of_two_humps_is_found_where_both_are_tried_first() -> None:

@@ -27,15 +27,17 @@ def decay(
     quantity: str = "displacement",
     duration: float = 8.0,
     sampling_rate: float = 100.0,
+    noise_sd: float | None = None,
     **effects: float,
 ) -> Any:
+    usual = {"displacement": 4e-5, "velocity": 8e-4, "acceleration": 1.6e-2}[quantity]
     return fb.simulate(
         SYSTEM,
         friction=friction,
         initial_displacement=0.0203,
         duration=duration,
         sampling_rate=sampling_rate,
-        noise_sd={"displacement": 4e-5, "velocity": 8e-4, "acceleration": 1.6e-2}[quantity],
+        noise_sd=usual if noise_sd is None else noise_sd,
         seed=seed,
         quantity=quantity,
         effects={name.replace("__", "."): value for name, value in effects.items()},
@@ -203,18 +205,8 @@ def test_damping_that_is_improbable_is_said_where_the_interval_reaches_towards_i
 
 
 def accelerometer(damping_ratio: float, seed: int) -> fb.Estimate:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.07,
-        initial_displacement=0.0147,
-        duration=8.0,
-        sampling_rate=200.0,
-        noise_sd=0.06,
-        seed=seed,
-        quantity="acceleration",
-        effects={"viscous_damping.damping_ratio": damping_ratio},
-    )
-    return fb.estimate(record, SYSTEM)
+    setting = {"sampling_rate": 200.0, "noise_sd": 0.06, "viscous_damping__damping_ratio": damping_ratio}
+    return fb.estimate(decay(0.07, seed, "acceleration", **setting), SYSTEM)
 
 
 def test_an_accelerometer_weighs_damping_by_what_its_jumps_say() -> None:
