@@ -91,6 +91,9 @@ class FreeDecay:
         Whether a part before is left out in which no amplitude was lost, as under a drive.
     later : int
         Half cycles of those after that are left out as a force acted on them that is gone later.
+    drift : float
+        Rate of a drift of the sensor's zero about the middle that has been taken out of ``values``, unit of
+        the signal a second.
     other_frequency, other_share : float
         Angular frequency of the next strongest oscillation in the spectrum [rad/s] and its amplitude over
         that of the one followed; nan where there is none.
@@ -112,6 +115,7 @@ class FreeDecay:
     disturbed: int = 0
     driven: bool = False
     later: int = 0
+    drift: float = 0.0
     other_frequency: float = math.nan
     other_share: float = math.nan
 
@@ -131,6 +135,11 @@ class FreeDecay:
     def half_cycles(self) -> int:
         """Whole half cycles of it."""
         return int(self.duration * self.frequency / math.pi)
+
+    def without_drift(self, rate: float) -> FreeDecay:
+        """The same less a drift of the sensor's zero about the middle, unit of the signal a second."""
+        values = self.values - rate * (self.time - 0.5 * self.duration)
+        return replace(self, values=values, drift=self.drift + rate)
 
     def half_a_cycle_later(self) -> FreeDecay:
         """The same from a sixteenth of a cycle after the next turning point on."""
@@ -188,6 +197,11 @@ class FreeDecay:
             notes.append(
                 f"{self.name}: no amplitude was lost up to {self.start_time:.4g} s, as under a drive: that "
                 "part is left out"
+            )
+        if self.drift:
+            notes.append(
+                f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} a second, which is "
+                "taken out"
             )
         if self.other_share > 0.0:
             notes.append(

@@ -24,14 +24,13 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import uneven_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR, uneven_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
-from friction_bayes.estimators.witness import counts
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
@@ -244,10 +243,11 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
 def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     """Note of a loss that need not be by dry friction alone: what friction is with it, and without.
 
-    A warning where it surely is not. Intervals, as the standard deviation after few half cycles is infinite.
+    Where the record makes that more probable than it was before; a warning where it surely is not. Intervals,
+    as the standard deviation after few half cycles is infinite.
     """
     uneven = fit.uneven_loss
-    if uneven is None or not counts(uneven):
+    if uneven is None or uneven.probability < sum(UNEVEN_PRIOR.values()):
         return []
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit

@@ -56,15 +56,15 @@ class AnswerPart(NamedTuple):
 
 def counts(uneven: UnevenLoss) -> bool:
     """Whether what is reported reaches towards friction under an uneven loss."""
-    return 0.5 * uneven.probability >= SLIGHT
+    return uneven.probability >= SLIGHT
 
 
 def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) -> list[AnswerPart]:
     """The posterior with a witness, and friction under an uneven loss by the probability of that.
 
     A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
-    wide as the witness. In proportion to the probability of an uneven loss, unless this is sure and the
-    witness is of that, the posterior shares it with friction under such a loss.
+    wide as the witness. Friction under an uneven loss has the probability of that, unless this is sure and
+    the witness is of it.
 
     Parameters
     ----------
@@ -82,9 +82,8 @@ def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) ->
         found = [AnswerPart(1.0, posterior)]
     if uneven is None or uneven.sure or not counts(uneven):
         return found
-    half = 0.5 * uneven.probability
     found = [AnswerPart((1.0 - uneven.probability) * share, each) for share, each in found]
-    return [*found, AnswerPart(half, posterior), AnswerPart(half, uneven.coefficient)]
+    return [*found, AnswerPart(uneven.probability, uneven.coefficient)]
 
 
 def not_negative(known: Sequence[AnswerPart]) -> Any:

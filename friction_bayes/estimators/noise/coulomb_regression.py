@@ -18,11 +18,11 @@ Priors, of the scale of this record: friction ``F`` as fitted under white noise 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
-from scipy.special import expit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
@@ -52,7 +52,7 @@ from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, 
 from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["CORNER", "DAMPING", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
+__all__ = ["CORNER", "DAMPING", "DRIFT", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
 
 _CENTRE = 0.3
 """Median of the random force's sd over the friction that explains the loss of amplitude."""
@@ -64,8 +64,10 @@ LEAST_SAMPLES = 12
 Of 300 records of 12 to 62 samples in white noise 272 were covered. With the amplitudes alone in place of the
 accounts 195 of the 200 longer ones, and 73 intervals were more than twice as wide as under white noise.
 """
-DAMPING = "damping"
-"""Name of the column of viscous damping."""
+DAMPING, DRIFT = "damping_", "drift_"
+"""Prefixes of the names of the columns of viscous damping, and of a drift of the sensor's zero."""
+_DRIFT_SHARE, _DRIFTS = 0.1, 0.1
+"""Prior sd of such a drift over the amplitude, as that of the rest position, and its probability."""
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
 _ON_GRID = 0.05
@@ -207,29 +209,45 @@ class Laid:
         )
         return replace(self, regression=filtered, filter=filter_).with_variance(inside)
 
-    def with_damping(self, friction: float, log_odds: float) -> Laid:
-        """The same without viscous damping and with it, for a displacement ``r/k``; natural units.
+    def with_damping(self, friction: float, prior: Mapping[float, float]) -> Laid:
+        """The same without viscous damping, and with it in turn at each sd of a prior; natural units.
 
-        Its coefficient is normal about zero with the sd with which it takes all that friction takes.
+        For a displacement ``r/k``. The prior has sds of the share that damping takes of the loss, with their
+        probabilities.
         """
-        path, regression = self.path, self.regression
+        path = self.path
         states = force_response(path, -path.node_v[:, None])
-        column = at_sensor(states, regression.row, -path.v[:, None])
+        column = at_sensor(states, self.regression.row, -path.v[:, None])
         if self.filter is not None:
             column = Through(column)(self.filter)
-        scale = 4.0 * friction / (math.pi * float(np.mean(np.hypot(path.x, path.v))))
-        sets = np.repeat(regression.sets, 2, axis=0)
+        whole = 4.0 * friction / (math.pi * float(np.mean(np.hypot(path.x, path.v))))
+        return self._with_one_more(DAMPING, column, states, {whole * sd: p for sd, p in prior.items()})
+
+    def with_drift(self) -> Laid:
+        """The same without a drift of the sensor's zero along a line, and with one, by its change at the end.
+
+        About the middle of the record.
+        """
+        phase = self.regression.clock.phase
+        column = (phase - 0.5 * (phase[0] + phase[-1])) / (phase[-1] - phase[0])
+        sd = _DRIFT_SHARE * float(np.max(np.hypot(self.path.x, self.path.v)))
+        return self._with_one_more(DRIFT, column[:, None], np.zeros((phase.size, 2, 1)), {sd: _DRIFTS})
+
+    def _with_one_more(self, name: str, column: Array, states: Array, prior: Mapping[float, float]) -> Laid:
+        """The same without a column, and with it in turn at each prior sd, of these probabilities."""
+        regression, sizes = self.regression, len(prior)
+        one_of = np.vstack([np.zeros(sizes, np.bool_), np.eye(sizes, dtype=np.bool_)])
         return replace(
             self,
             regression=replace(
                 regression,
-                names=(*regression.names, DAMPING),
-                columns=np.hstack([regression.columns, column]),
-                states=np.concatenate([regression.states, states], axis=2),
-                scale=np.append(regression.scale, scale),
-                positive=np.append(regression.positive, False),
-                sets=np.column_stack([sets, [False, True]]),
-                log_prior=np.log([expit(-log_odds), expit(log_odds)]),
+                names=(*regression.names, *(f"{name}{j}" for j in range(sizes))),
+                columns=np.hstack([regression.columns, *[column] * sizes]),
+                states=np.concatenate([regression.states, *[states] * sizes], axis=2),
+                scale=np.append(regression.scale, list(prior)),
+                positive=np.append(regression.positive, np.zeros(sizes, np.bool_)),
+                sets=np.hstack([np.repeat(regression.sets, sizes + 1, axis=0), one_of]),
+                log_prior=np.log([1.0 - sum(prior.values()), *prior.values()]),
             ),
         )
 

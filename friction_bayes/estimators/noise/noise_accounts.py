@@ -9,7 +9,7 @@ trajectory too where that explains the record better, as for a slight force.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -189,16 +189,19 @@ class NoiseAccount:
         innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
         return whiteness(innovations[regression.clock.used])
 
-    def damped(self, log_odds: float) -> tuple[float, float, Mixture]:
+    def damped(self, prior: Mapping[float, float]) -> tuple[float, float, Mixture]:
         """Viscous damping by the whole signal: its probability, its mean, and friction coefficient with it.
 
-        Of an account without a force. The prior is that of :meth:`Laid.with_damping`, in units of the motion.
+        Of an account without a force. The prior is that of :meth:`Laid.with_damping`; natural units.
         """
-        laid = self._part.laid.with_damping(self._prepared.friction, log_odds)
+        laid = self._part.laid.with_damping(self._prepared.friction, prior)
         found = integrate_force(Problem.of(laid.regression), self._prepared.prior.without_force)
-        given = found.among(np.array([[False, True]]))
+        damped = np.arange(len(laid.regression.sets))[None] > 0
+        given = found.among(damped)
+        names = [name for name in laid.regression.names if name.startswith(DAMPING)]
+        mean = sum(given.coefficient(name).mean() for name in names)
         friction = given.coefficient("friction").scaled(self._unit)
-        return float(found.weight[0, 1]), given.coefficient(DAMPING).mean(), friction
+        return float(found.weight[damped].sum()), mean, friction
 
     def target(self, force_factor: float) -> Target:
         """The same posterior for a sampler, given the factor from ``coefficient`` to force."""

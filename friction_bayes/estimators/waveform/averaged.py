@@ -23,13 +23,14 @@ from friction_bayes.decay.sensor_calibration import force_factor, swing_frequenc
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, PosteriorPart, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
-    LOG_ODDS_OF_UNEVEN,
+    UNEVEN_PRIOR,
     UnevenLoss,
     loss_of_amplitude,
     uneven_loss,
 )
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
+from friction_bayes.estimators.noise.zero_drift import zero_drift
 from friction_bayes.estimators.witness import Witness
 
 __all__ = [
@@ -97,24 +98,22 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     )
 
 
-def _accounts_of(decay: FreeDecay, fit: Fit) -> tuple[NoiseAccount, ...]:
-    """Accounts of the residual of a fit under white noise; empty where they cannot be evaluated."""
+def _plain(decay: FreeDecay, fit: Fit) -> PlainDecay:
+    """A decay with its fit under white noise, as accounts are given it."""
     motion = fit.motion
     assert motion is not None
-    return noise_accounts(
-        PlainDecay(
-            values=decay.values,
-            time=decay.time,
-            order=decay.quantity.order,
-            frequency=fit.frequency,
-            coefficient=float(fit.coefficient.mean()),
-            rest_position=fit.rest_position,
-            states=motion.states,
-            phase_sd=motion.phase_sd,
-            rest_known=decay.rest_known,
-            pendulum=swing_frequency(decay.system, decay.unit) > 0.0,
-            noise_sd=fit.noise_sd,
-        )
+    return PlainDecay(
+        values=decay.values,
+        time=decay.time,
+        order=decay.quantity.order,
+        frequency=fit.frequency,
+        coefficient=float(fit.coefficient.mean()),
+        rest_position=fit.rest_position,
+        states=motion.states,
+        phase_sd=motion.phase_sd,
+        rest_known=decay.rest_known,
+        pendulum=swing_frequency(decay.system, decay.unit) > 0.0,
+        noise_sd=fit.noise_sd,
     )
 
 
@@ -147,9 +146,9 @@ def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
 
 
 def _damped(accounts: Sequence[NoiseAccount]) -> UnevenLoss:
-    """An uneven loss by the whole signal: an acceleration jumps by friction itself at each turning point."""
+    """An uneven loss by the whole signal, which shows friction itself too, by its corners."""
     best = max((each for each in accounts if each.of_known_noise), key=lambda each: each.probability)
-    probability, damping, coefficient = best.damped(LOG_ODDS_OF_UNEVEN)
+    probability, damping, coefficient = best.damped(UNEVEN_PRIOR)
     return UnevenLoss(probability, damping > 0.0, coefficient)
 
 
@@ -171,10 +170,10 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     fit : Fit
         Under white noise, method ``waveform``.
     """
-    accounts, uneven = _accounts_of(decay, fit), uneven_loss(decay)
+    accounts, uneven = noise_accounts(_plain(decay, fit)), uneven_loss(decay)
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
-        if decay.quantity.order == 2 and _noise_is_known(accounts) and not uneven.sure:
+        if _noise_is_known(accounts) and not uneven.sure:
             uneven = _damped(accounts)
     fit = replace(fit, uneven_loss=uneven)
     if not accounts:
@@ -217,7 +216,7 @@ def answered(
     decay, fit
         What was fitted of it, and the fit.
     """
-    fit = averaged_over_accounts(decay, fit_of(decay))
+    decay, fit = _with_its_zero(decay, fit_of)
     for _ in range(0 if from_here else _MOST_LATER):
         if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
             break
@@ -234,6 +233,21 @@ def answered(
             break
         decay, fit = later, other
     return decay, fit
+
+
+def _with_its_zero(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
+    """The decay and its averaged fit, less a drift of the zero where that explains what the law leaves.
+
+    Where it does not, as behind an AC coupling, a line is no better than what makes it.
+    """
+    fit = fit_of(decay)
+    rate = zero_drift(_plain(decay, fit))
+    if rate:
+        without = decay.without_drift(rate)
+        there = averaged_over_accounts(without, fit_of(without))
+        if _explained(there):
+            return without, there
+    return decay, averaged_over_accounts(decay, fit)
 
 
 def _explained(fit: Fit) -> bool:

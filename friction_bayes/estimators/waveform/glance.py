@@ -20,7 +20,7 @@ from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
-from friction_bayes.estimators.envelope.loss_of_amplitude import LOG_ODDS_OF_UNEVEN, SURELY_UNEVEN
+from friction_bayes.estimators.envelope.loss_of_amplitude import SURELY_UNEVEN, UNEVEN_PRIOR
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
     ComparedForces,
@@ -63,8 +63,9 @@ _LAGS_AT_A_TIME, _NEAR = 10, 2000
 """Lags that one reading gives products of, and values that are read while they are near."""
 _BESIDE = MOST_LAGS + _LAGS_AT_A_TIME
 """Zeros on either side of values whose products are added up, so that no sum ends early."""
-_ODDS_OF_UNEVEN_LOSS = math.log(SURELY_UNEVEN / (1.0 - SURELY_UNEVEN)) - LOG_ODDS_OF_UNEVEN
-"""Log Bayes factor of a loss that is surely not of dry friction alone."""
+_SHARES, _PRIOR = tuple(UNEVEN_PRIOR), tuple(UNEVEN_PRIOR.values())
+_SURE = math.log(SURELY_UNEVEN / (1.0 - SURELY_UNEVEN))
+"""Log odds of a loss that is surely not of dry friction alone."""
 
 
 def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> Glance:
@@ -289,11 +290,16 @@ def _straight(
     basis[0], basis[1], basis[2] = 0.0, 0.0, 1.0
     column, _ = solve_spd(matrix, basis)
     variance = column[2] * rest / (count - 3)
-    return _log_bayes_factor(fitted[2], variance, sd) < _ODDS_OF_UNEVEN_LOSS - _MARGIN
+    return _log_odds(fitted[2], variance, sd) < _SURE - _MARGIN
 
 
 @njit(**INNER)
-def _log_bayes_factor(exponent: float, variance: float, sd: float) -> float:
-    """Of a normal exponent of this sd about zero, found with a variance, over none."""
-    wider = sd * sd + variance
-    return 0.5 * math.log(variance / wider) + 0.5 * exponent**2 * sd * sd / (variance * wider)
+def _log_odds(exponent: float, variance: float, whole: float) -> float:
+    """Of an exponent found with a variance, to none, where ``whole`` takes all that is lost."""
+    odds, none = 0.0, 1.0
+    for j in range(len(_SHARES)):
+        own = (_SHARES[j] * whole) ** 2
+        gain = 0.5 * exponent**2 * own / (variance * (own + variance))
+        odds += _PRIOR[j] * math.sqrt(variance / (own + variance)) * math.exp(min(gain, 500.0))
+        none -= _PRIOR[j]
+    return math.log(odds / none)

@@ -183,7 +183,8 @@ def test_friction_with_damping_and_alone_is_said_before_the_number() -> None:
         fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
 
 
-def test_damping_that_is_improbable_is_said_where_the_interval_reaches_towards_it() -> None:
+def test_slight_damping_is_said_and_in_the_interval() -> None:
+    """It takes 7 % of the loss: dry friction alone would be that much too large, with an sd of .4 %."""
     slight = fb.simulate(
         SYSTEM,
         friction=0.07,
@@ -197,28 +198,35 @@ def test_damping_that_is_improbable_is_said_where_the_interval_reaches_towards_i
     with warnings.catch_warnings():
         warnings.simplefilter("error", fb.RecordWarning)
         found = fb.estimate(slight, SYSTEM)
-    assert 0.02 < found.fit.uneven_loss.probability < 0.1
+    assert 0.2 < found.fit.uneven_loss.probability < 0.8
     assert "may fall faster while it is larger" in found.notes[0]
     damped, alone = friction_said(found.notes[0])
     assert damped[0] < 0.07 < damped[1]
-    assert alone[0] > 0.07
+    assert alone[0] > 0.074
+    assert found.friction.ppf(0.05) < 0.07 < found.friction.ppf(0.95)
 
 
 def accelerometer(damping_ratio: float, seed: int) -> fb.Estimate:
     setting = {"sampling_rate": 200.0, "noise_sd": 0.06, "viscous_damping__damping_ratio": damping_ratio}
-    return fb.estimate(decay(0.07, seed, "acceleration", **setting), SYSTEM)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.RecordWarning)
+        return fb.estimate(decay(0.07, seed, "acceleration", **setting), SYSTEM)
+
+
+def width(distribution: Any) -> float:
+    return float(distribution.ppf(0.95) - distribution.ppf(0.05))
 
 
 def test_an_accelerometer_weighs_damping_by_what_its_jumps_say() -> None:
-    """They show friction itself: slight damping is in the interval, and without any that is no wider."""
+    """They show friction itself: slight damping is in the interval, which without any is hardly wider."""
     covered = 0
     for seed in range(4):
         damped, plain = accelerometer(0.0004, seed), accelerometer(0.0, seed)
         covered += damped.friction.ppf(0.05) < 0.07 < damped.friction.ppf(0.95)
-        assert damped.fit.uneven_loss.probability > 0.1
+        assert damped.fit.uneven_loss.probability > 0.5
         assert damped.fit.uneven_loss.faster
-        assert plain.fit.uneven_loss.probability < 0.01
-        assert plain.friction.std() < 1.01 * plain.fit.coefficient.std() * plain.force_factor
+        assert plain.fit.uneven_loss.probability < 0.05
+        assert width(plain.friction) < 1.1 * width(plain.friction_as_declared)
     assert covered >= 3
 
 
@@ -273,15 +281,15 @@ def test_a_witness_below_zero_draws_the_interval_to_zero() -> None:
 
 
 def test_friction_with_damping_counts_by_its_probability() -> None:
-    """Half of it, as what other laws leave to friction lies between; what is improbable is omitted."""
+    """What is improbable is omitted."""
     one = np.ones(1)
     alone, damped = (Mixture.of_normals(one, place * one, 0.01 * one) for place in (2.0, 1.0))
     agreeing = Witness(alone, agrees=True, bounds=False)
     for probability in (0.1, 0.4, 0.8):
         answer = not_negative(answer_parts(alone, agreeing, UnevenLoss(probability, True, damped)))
-        assert answer.cdf(1.5) == pytest.approx(0.5 * probability)
-        assert answer.cdf(1.0) == pytest.approx(0.25 * probability)
-    assert not_negative(answer_parts(alone, agreeing, UnevenLoss(0.015, True, damped))) is alone
+        assert answer.cdf(1.5) == pytest.approx(probability)
+        assert answer.cdf(1.0) == pytest.approx(0.5 * probability)
+    assert not_negative(answer_parts(alone, agreeing, UnevenLoss(0.005, True, damped))) is alone
 
 
 def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int) -> None:
@@ -305,14 +313,15 @@ def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int)
             effects={"viscous_damping.damping_ratio": 0.002},
         )
         # one in six is estimated, which takes fifty times as long
-        faster = uneven_loss(find_free_decay(record, SYSTEM))
-        assert faster is not None
-        if not 0.3 < faster.probability < SURE:
+        by_amplitudes = uneven_loss(find_free_decay(record, SYSTEM))
+        assert by_amplitudes is not None
+        if not 0.3 < by_amplitudes.probability < SURE:
             continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", fb.RecordWarning)
             found = fb.estimate(record, SYSTEM)
-        assert found.fit.uneven_loss.probability == faster.probability
+        if not 0.3 < found.fit.uneven_loss.probability < SURE:
+            continue
         for contained, friction in ((inside, found.friction), (alone, found.friction_as_declared)):
             contained.append(friction.ppf(0.05) < true < friction.ppf(0.95))
         assert any("from the one towards the other" in note for note in found.notes)
@@ -324,8 +333,8 @@ def test_damping_that_is_neither_seen_nor_excluded_is_in_the_interval(seed: int)
 def test_neither_dry_friction_nor_a_random_force_is_taken_for_it(seed: int) -> None:
     """A probability of 0.95 means one false in twenty where half of all have damping; none has here.
 
-    With prior odds of one to nine a Bayes factor of 171 is needed, which chance exceeds in at most 0.6 %:
-    three or more of 40 come with a probability of 0.2 %.
+    With prior odds of one to four a Bayes factor of 76 is needed, which chance exceeds in at most 1.3 %, and
+    did in one of 500: three or more of 40 come with a probability of 1.6 % at most, of 1e-4 at that rate.
     """
     rng = np.random.default_rng(seed)
     false = 0

@@ -1,0 +1,77 @@
+"""A sensor whose zero drifts along a line: the line is found, taken out, and said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+
+SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
+FRICTION, AMPLITUDE = 0.4, 0.0203
+UNIT = {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}
+
+
+def record(quantity: str = "displacement", seed: int = 1, drift: float = 0.0, **setting: Any) -> xr.DataArray:
+    """Eighteen half cycles, with a drift over the whole record in units of the amplitude."""
+    scale = AMPLITUDE * UNIT[quantity]
+    plain = fb.simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=AMPLITUDE,
+        duration=3.0,
+        sampling_rate=200.0,
+        noise_sd=2e-3 * scale,
+        seed=seed,
+        quantity=quantity,
+        **setting,
+    )
+    return plain.copy(data=plain.values + drift * scale * np.linspace(-0.5, 0.5, plain.size))
+
+
+def width(estimate: fb.Estimate) -> float:
+    low, high = estimate.friction.interval(0.9)
+    return float(high - low)
+
+
+@pytest.mark.parametrize("quantity", list(UNIT))
+@pytest.mark.parametrize("drift", [-0.1, 0.02])
+def test_friction_is_known_as_well_as_without_a_drift(quantity: str, drift: float) -> None:
+    """The bound with a line in place of a rest position is two per cent wider."""
+    plain, drifts = fb.estimate(record(quantity), SYSTEM), fb.estimate(record(quantity, drift=drift), SYSTEM)
+    scale = AMPLITUDE * UNIT[quantity]
+    assert drifts.decay.drift == pytest.approx(drift * scale / 3.0, abs=0.001 * scale)
+    assert drifts.friction.mean() == pytest.approx(plain.friction.mean(), abs=0.5 * plain.friction.std())
+    assert width(drifts) < 1.05 * width(plain)
+    assert drifts.frequency == pytest.approx(plain.frequency, rel=1e-3)
+    assert any("the sensor's zero drifts by" in note for note in drifts.notes)
+
+
+@pytest.mark.parametrize("quantity", list(UNIT))
+def test_a_drift_that_hides_the_end_of_a_decay(quantity: str) -> None:
+    """Some of the last half cycles are left out, in which the amplitude is less than the drift."""
+    drifts = fb.estimate(record(quantity, drift=0.3), SYSTEM)
+    low, high = drifts.friction.interval(0.9)
+    assert low < FRICTION < high
+    assert width(drifts) < 1.3 * width(fb.estimate(record(quantity), SYSTEM))
+
+
+def test_the_line_is_taken_out_about_the_middle_of_the_decay() -> None:
+    drifts = fb.estimate(record(drift=0.1), SYSTEM)
+    decay = drifts.decay
+    assert np.mean(decay.values - decay.without_drift(1.0).values) == pytest.approx(0.0, abs=1e-12)
+    assert drifts.rest_position == pytest.approx(0.0, abs=1e-4)
+
+
+def test_no_drift_is_found_where_there_is_none() -> None:
+    """White noise has a line that is rather there in fewer than one of five hundred records."""
+    found = [fb.estimate(record(seed=seed), SYSTEM).decay.drift for seed in range(12)]
+    assert found == [0.0] * len(found)
+
+
+def test_a_rest_position_that_is_known_does_not_drift() -> None:
+    with_rest = fb.estimate(record(drift=0.02), SYSTEM, rest_position=0.0)
+    assert with_rest.decay.drift == 0.0
