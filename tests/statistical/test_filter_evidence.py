@@ -48,12 +48,12 @@ def _low_pass(name: str, corner: float) -> Array:
 def test_the_corner_is_as_uncertain_as_it_says(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch, name: str, lowest: float
 ) -> None:
-    kind = next(each for each in kinds_for(ANGLE) if name in each.of(float(each.sizes[0])).name)
+    kind = next(each for each in kinds_for(ANGLE, 0) if name in each.of(float(each.sizes[0])).name)
     # corners that neither end of the range is near
     places, low = kind.sizes / ANGLE, lowest
     corners = kind.sizes[(places > low) & (places < 1.33 * low)]
     only = FilterKind(kind.name, kind.sizes[(places > 0.78 * low) & (places < 1.78 * low)], kind.of, False)
-    monkeypatch.setattr(filter_evidence, "kinds_for", lambda angle: [only])
+    monkeypatch.setattr(filter_evidence, "kinds_for", lambda angle, order: [only])
     monkeypatch.setattr(filter_evidence, "_MOST", only.sizes.size)
     monkeypatch.setattr(filter_evidence, "_MUCH_LESS", 1e-9)
     both = "forward" in name

@@ -172,7 +172,7 @@ def likely_filters(
     only : str, optional
         Name of the one kind that is compared.
     """
-    kinds = kinds_for(angle)
+    kinds = kinds_for(angle, order)
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
     if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
         return FoundFilters()
@@ -389,7 +389,7 @@ class _Spectra:
 
     def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
         """Filters of other kinds that resemble one, relative to it; none if that is no low pass."""
-        passed = np.abs(filter_.response(self._grid)) ** 2
+        passed = filter_.power_of_noise(self._grid)
         less, shows = self._grid[passed < 0.5], power > self._least
         if less.size == 0 or less[0] < self._angle or not shows.any():
             return []
@@ -433,7 +433,7 @@ class _Spectra:
 
     def of_response(self, power: Array, filter_: RecordingFilter) -> float:
         """Log likelihood of a spectrum behind a filter."""
-        shape = self._expected(np.abs(filter_.response(self._grid)) ** 2)
+        shape = self._expected(filter_.power_of_noise(self._grid))
         return self._averaged(power, shape, self._white)
 
     def _averaged(self, power: Array, shape: Array, white: Array) -> float:

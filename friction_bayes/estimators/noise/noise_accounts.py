@@ -43,7 +43,7 @@ from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.sampling.law_target import law_target
 
-__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "noise_accounts"]
+__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "needs_no_force", "noise_accounts"]
 
 SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
@@ -263,6 +263,12 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         rest = 1.0 - sum(each.value for each in behind)
         found = [*(each._replace(value=each.value * rest) for each in found), *behind]
     return tuple(NoiseAccount(each.part, prepared, each.value, each.gain) for each in found)
+
+
+def needs_no_force(decay: PlainDecay) -> bool:
+    """Whether a force along its fit is less probable than none, the noise being white."""
+    prepared = PreparedDecay(decay)
+    return _of_force(_under_white_noise(prepared, prepared.along_fit())) < 0.5
 
 
 class _Found(NamedTuple):
@@ -502,13 +508,27 @@ def _under_floor(
     stills = []
     for still in (shape.still for shape in shapes):
         stills.append(_above(still.along(still.laid.with_noise(floor)), [still.laid], floor))
-    parts = [part for still in stills for part in still]
-    best = [max(still, key=lambda part: part.log_evidence) for still in stills]
-    for shape, part, likely in zip(shapes, best, _probable(best), strict=True):
+    best = [_best(still) for still in stills]
+    parts = []
+    for shape, own, part, likely in zip(shapes, stills, best, _probable(best), strict=True):
+        forced: list[_Evaluated] = []
         if likely and forces:
-            forced = _with_force(prepared, [laid.with_noise(floor) for laid in shape.paths], part)
-            parts += _above(forced, shape.paths, floor)
+            force = _with_force(prepared, [laid.with_noise(floor) for laid in shape.paths], part)
+            forced = _above(force, shape.paths, floor)
+        parts += [*_in_colours_of(own, forced), *forced]
     return parts
+
+
+def _in_colours_of(still: Sequence[_Evaluated], forced: Sequence[_Evaluated]) -> list[_Evaluated]:
+    """Accounts without a force, the coloured one in that of an account with one where this fits better.
+
+    What a force has explained is missing from its colour, which may be the noise's own.
+    """
+    white, own = still[0], list(still[1:])
+    for part in forced[1:]:
+        noise = part.laid.regression
+        own.append(white.along(white.laid.with_noise(noise.least_noise, noise.clock.autoregression)))
+    return [white, _best(own)] if own else [white]
 
 
 def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:

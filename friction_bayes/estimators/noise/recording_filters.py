@@ -2,7 +2,8 @@
 
 Each reduces the amplitude at the motion's frequency, and friction with it, by a share that the oscillation
 alone does not show. Delays are irrelevant, as the time of the motion is that of the recording: the response
-is taken less the delay at the motion's own frequency.
+is taken less the delay at the motion's own frequency. Differences of positions are a filter of their velocity
+(``sin(w)/w`` for ``np.gradient``), behind which the noise of the positions has another colour (``sin(w)``).
 """
 
 from __future__ import annotations
@@ -83,6 +84,9 @@ class RecordingFilter:
         filter of its kind, where a size in between may be the right one.
     log_prior : float
         Logarithm of the prior probability that a record went through it.
+    of_noise : callable or None
+        Response to the noise of the sensor, where that is not ``response``, as large at the motion's
+        frequency.
     """
 
     name: str
@@ -92,6 +96,7 @@ class RecordingFilter:
     both_ways: bool = field(default=False, compare=False)
     doubts: tuple[Response, ...] = field(default=(), compare=False)
     log_prior: float = field(default=0.0, compare=False)
+    of_noise: Response | None = field(default=None, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -111,10 +116,15 @@ class RecordingFilter:
         response, delay = self.response(omega), np.angle(self._at_motion) / self.angle
         return response if delay == 0.0 else response * np.exp(-1j * omega * delay)
 
+    def power_of_noise(self, omega: Array) -> Array:
+        """Spectral density of white noise of the sensor behind it at frequencies, shape (m,)."""
+        response = self.response if self.of_noise is None else self.of_noise
+        return np.asarray(np.abs(response(omega)) ** 2)
+
     def undone(self, noise: Array) -> Array:
         """Noise, shape (n,), as strong as it was before the filter, at frequencies that were let through."""
         size = next_fast_len(noise.size, real=True)
-        share = np.abs(self.response(2.0 * math.pi * np.arange(size // 2 + 1) / size))
+        share = np.sqrt(self.power_of_noise(2.0 * math.pi * np.arange(size // 2 + 1) / size))
         before = irfft(rfft(noise, size) / np.maximum(share, _LET_THROUGH), size)
         return np.asarray(before[: noise.size])
 
@@ -282,12 +292,17 @@ class FilterKind:
     has_zeros: bool
 
 
-def kinds_for(angle: float) -> list[FilterKind]:
-    """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable."""
+def kinds_for(angle: float, order: int) -> list[FilterKind]:
+    """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable.
+
+    Of a derivative of this order: it may have been computed from one of a lower order.
+    """
     kinds = [_means(angle, 1), _means(angle, 2), _hann(angle), _polynomials(angle, 2), _polynomials(angle, 4)]
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
     kinds += [_bessel(angle)]
+    kinds += [_differences(angle, times) for times in range(1, order + 1)]
+    kinds += [_slopes(angle, times) for times in range(1, order + 1)]
     return [kind for kind in kinds if kind.sizes.size]
 
 
@@ -344,6 +359,44 @@ def _polynomials(angle: float, degree: int) -> FilterKind:
 
     sizes = _windows(angle, degree + 3, _LONGEST_POLYNOMIAL)
     return FilterKind(f"polynomial of degree {degree}", sizes, of, has_zeros=True)
+
+
+def _derivative(name: str, angle: float, times: int, slope: Callable[[Array], Array]) -> RecordingFilter:
+    """A derivative by weights of samples, of response ``1j slope(w)``, or one of one."""
+
+    def response(omega: Array) -> Array:
+        omega = np.maximum(omega, 1e-9)
+        return np.asarray((slope(omega) / omega) ** times)
+
+    def of_noise(omega: Array) -> Array:
+        return np.asarray((slope(omega) / angle) ** times)
+
+    return RecordingFilter(f"{name}{', twice' if times == 2 else ''}", response, angle, of_noise=of_noise)
+
+
+def _differences(angle: float, times: int) -> FilterKind:
+    """Of neighbouring samples, for the time in between."""
+
+    def of(_: float) -> RecordingFilter:
+        name = "differences of neighbouring samples"
+        return _derivative(name, angle, times, lambda omega: 2.0 * np.sin(0.5 * omega))
+
+    return FilterKind(f"differences{', twice' if times == 2 else ''}", np.ones(1), of, has_zeros=True)
+
+
+def _slopes(angle: float, times: int) -> FilterKind:
+    """Of parabolas through as many samples (Savitzky-Golay); of three it is the mean of both differences."""
+
+    def of(window: float) -> RecordingFilter:
+        place = np.arange(1.0, int(window) // 2 + 1)
+
+        def slope(omega: Array) -> Array:
+            return np.asarray(np.sin(np.multiply.outer(omega, place)) @ place / (place @ place))
+
+        return _derivative(f"slopes over {window:.0f} samples", angle, times, slope)
+
+    sizes = _windows(angle, 3, _LONGEST_POLYNOMIAL)
+    return FilterKind(f"slopes{', twice' if times == 2 else ''}", sizes, of, has_zeros=True)
 
 
 def _corners(lowest: float, highest: float) -> Array:

@@ -29,7 +29,12 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import (
     uneven_loss,
 )
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
-from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
+from friction_bayes.estimators.noise.noise_accounts import (
+    SLIGHT,
+    NoiseAccount,
+    needs_no_force,
+    noise_accounts,
+)
 from friction_bayes.estimators.noise.zero_drift import zero_drift
 from friction_bayes.estimators.witness import Witness
 
@@ -217,6 +222,7 @@ def answered(
         What was fitted of it, and the fit.
     """
     decay, fit = _with_its_zero(decay, fit_of)
+    fit = averaged_over_accounts(decay, fit)
     for _ in range(0 if from_here else _MOST_LATER):
         if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
             break
@@ -236,18 +242,18 @@ def answered(
 
 
 def _with_its_zero(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
-    """The decay and its averaged fit, less a drift of the zero where that explains what the law leaves.
+    """The decay and its fit, less a drift of the zero where the rest needs no random force.
 
-    Where it does not, as behind an AC coupling, a line is no better than what makes it.
+    Where it does, as behind an AC coupling, a line is no better than what makes it.
     """
     fit = fit_of(decay)
     rate = zero_drift(_plain(decay, fit))
     if rate:
         without = decay.without_drift(rate)
-        there = averaged_over_accounts(without, fit_of(without))
-        if _explained(there):
+        there = fit_of(without)
+        if needs_no_force(_plain(without, there)):
             return without, there
-    return decay, averaged_over_accounts(decay, fit)
+    return decay, fit
 
 
 def _explained(fit: Fit) -> bool:

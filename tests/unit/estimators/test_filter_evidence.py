@@ -56,8 +56,8 @@ def test_filters_of_one_name_have_their_own_evidence(
     signal = swing[:, 0] + np.cumsum(1e-3 * rng.standard_normal(SAMPLES))
 
     def evidence(name_of: Callable[[float], str]) -> list[float]:
-        def named(angle: float) -> list[FilterKind]:
-            (coupling,) = (kind for kind in kinds_for(angle) if kind.name == "AC coupling")
+        def named(angle: float, order: int) -> list[FilterKind]:
+            (coupling,) = (kind for kind in kinds_for(angle, order) if kind.name == "AC coupling")
             return [replace(coupling, of=lambda size: replace(coupling.of(size), name=name_of(size)))]
 
         monkeypatch.setattr(filter_evidence, "kinds_for", named)
@@ -69,7 +69,7 @@ def test_filters_of_one_name_have_their_own_evidence(
 
 def test_the_higher_of_two_humps_is_found_where_both_are_tried_first() -> None:
     """As of a Bessel filter of an accelerometer, whose corners resemble those at half its corner."""
-    kind = next(kind for kind in kinds_for(10.0 / 240.0) if kind.name.startswith("Bessel"))
+    kind = next(kind for kind in kinds_for(10.0 / 240.0, 0) if kind.name.startswith("Bessel"))
 
     def log_evidence(filter_: RecordingFilter) -> float:
         corner = float(filter_.name.split("corner at ")[1].split()[0])
@@ -82,7 +82,7 @@ def test_the_higher_of_two_humps_is_found_where_both_are_tried_first() -> None:
 
 def test_sizes_are_tried_as_finely_as_they_may_be_probable() -> None:
     """Next to a filter that is certain others of its kind are tried a twentieth apart, else every fourth."""
-    kind = next(kind for kind in kinds_for(10.0 / 240.0) if kind.name.startswith("Bessel"))
+    kind = next(kind for kind in kinds_for(10.0 / 240.0, 0) if kind.name.startswith("Bessel"))
 
     def tried(log_other: float) -> int:
         return len(_of_kind(kind, 0.0, lambda _: 0.0, lambda each: -abs(each.gain - 0.99), log_other).filters)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy import signal
 
 import friction_bayes as fb
 from filtered_decays import SYSTEM, decay, filtered
+from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.result import force_notes
 
 
@@ -27,6 +29,34 @@ def test_rounded_corners_of_an_acceleration_are_no_saturation(rate: float) -> No
     assert fb.estimate(filtered("acceleration", 8.0, rate=rate), SYSTEM).friction.mean() == pytest.approx(
         1.0, rel=0.02
     )
+
+
+@pytest.mark.parametrize(
+    ("made", "order"),
+    [
+        (lambda x, step: np.gradient(x, step), 1),
+        (lambda x, step: np.diff(x) / step, 1),
+        (lambda x, step: signal.savgol_filter(x, 9, 2, deriv=1, delta=step), 1),
+        (lambda x, step: np.gradient(np.gradient(x, step), step), 2),
+    ],
+    ids=["gradient", "differences", "slopes", "gradient twice"],
+)
+def test_a_derivative_of_positions_is_recognised(made: Callable[[Array, float], Array], order: int) -> None:
+    """Of 31 positions a period: np.gradient shows 1 % less of the motion, slopes over nine samples 10 %."""
+    positions = decay(rate=50.0)
+    derived = made(positions.values, 1.0 / 50.0)
+    inside = slice(10, -10)
+    record = fb.make_record(
+        positions["time"].values[: derived.size][inside],
+        derived[inside],
+        ["displacement", "velocity", "acceleration"][order],
+    )
+    found = fb.estimate(record, SYSTEM)
+    assert found.fit.filter is not None
+    assert found.fit.filter.name.startswith(("slopes", "differences"))
+    low, high = found.friction.interval(0.95)
+    assert low < 1.0 < high
+    assert high - low < 0.01
 
 
 def test_what_is_silent_above_its_filter_is_no_white_noise() -> None:

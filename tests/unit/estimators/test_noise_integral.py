@@ -57,7 +57,7 @@ def test_a_filter_that_is_not_found_again_is_the_one_that_was_found(
 ) -> None:
     """Behind a filter the frequency differs: the record may be too short at it, or lack sizes of the kind."""
     prepared = PreparedDecay(plain_decay(0.0, rng))
-    mean = kinds_for(1.0 / 3.0)[0]
+    mean = kinds_for(1.0 / 3.0, 0)[0]
     monkeypatch.setattr(PreparedDecay, "filters_along", lambda self, laid, only: FoundFilters())
     kind = FoundKind(mean.name, [(0.0, mean.of(2.0))])
     ((share, laid),) = prepared.behind(kind, prepared.along_fit())

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,13 @@ from scipy import ndimage, signal
 import friction_bayes as fb
 from filtered_decays import filtered, settled
 from fluctuating_force import fluctuating_decay
-from friction_bayes.estimators.noise.recording_filters import Through, blended, kinds_for, margin
+from friction_bayes.estimators.noise.recording_filters import (
+    RecordingFilter,
+    Through,
+    blended,
+    kinds_for,
+    margin,
+)
 
 Process = Callable[[np.ndarray], np.ndarray]
 
@@ -22,8 +29,9 @@ RATE = 100.0
 ANGLE = 10.0 / RATE
 
 
-KINDS = kinds_for(ANGLE)
-MEAN, MEAN_TWICE, HANN, QUADRATIC, _, COUPLING, SMOOTHING, GAUSSIAN, *LOW_PASSES, BESSEL = KINDS
+KINDS = kinds_for(ANGLE, 2)
+DIFFERENCES, DIFFERENCES_TWICE, SLOPES, SLOPES_TWICE = KINDS[-4:]
+MEAN, MEAN_TWICE, HANN, QUADRATIC, _, COUPLING, SMOOTHING, GAUSSIAN, *LOW_PASSES, BESSEL = KINDS[:-4]
 ORDERS = (1, 2, 3, 4, 6, 8)
 ONE_WAY = dict(zip(ORDERS, LOW_PASSES[:6], strict=True))
 BOTH_WAYS = dict(zip(ORDERS, LOW_PASSES[6:], strict=True))
@@ -77,9 +85,37 @@ def test_windows_are_those_of_convolution() -> None:
         np.testing.assert_allclose(expected[at], filter_.gain * wave[at], atol=1e-9)
 
 
+def twice(weights: Sequence[float]) -> Any:
+    return np.convolve(weights, weights)
+
+
+@pytest.mark.parametrize(
+    ("filter_", "weights"),
+    [
+        (DIFFERENCES.of(1.0), [1.0, -1.0]),
+        (DIFFERENCES_TWICE.of(1.0), twice([1.0, -1.0])),
+        (SLOPES.of(3.0), [0.5, 0.0, -0.5]),
+        (SLOPES_TWICE.of(3.0), twice([0.5, 0.0, -0.5])),
+        (SLOPES.of(9.0), signal.savgol_coeffs(9, 2, deriv=1)),
+    ],
+    ids=lambda given: given.name if isinstance(given, RecordingFilter) else "",
+)
+def test_a_derivative_is_that_of_its_weights(filter_: RecordingFilter, weights: Any) -> None:
+    """Of the motion it is a filter, whose noise is that of what was differentiated."""
+    times = 2 if filter_.name.endswith("twice") else 1
+    expected = np.abs(signal.freqz(weights, 1.0, OMEGA)[1])
+    np.testing.assert_allclose(np.abs(filter_.response(OMEGA)), expected / OMEGA**times, atol=1e-9)
+    np.testing.assert_allclose(filter_.power_of_noise(OMEGA), expected**2 / ANGLE ** (2 * times), atol=1e-9)
+    assert filter_.power_of_noise(np.array([ANGLE]))[0] == pytest.approx(filter_.gain**2)
+
+
+def test_nothing_of_a_position_is_a_derivative() -> None:
+    assert [len(kinds_for(ANGLE, order)) - len(kinds_for(ANGLE, 0)) for order in range(3)] == [0, 2, 4]
+
+
 @pytest.mark.parametrize("kind", range(len(KINDS)))
 def test_the_motion_itself_is_not_delayed(kind: int) -> None:
-    filter_ = KINDS[kind].of(float(KINDS[kind].sizes[3]))
+    filter_ = KINDS[kind].of(float(KINDS[kind].sizes[:4][-1]))
     wave = np.cos(ANGLE * np.arange(4000))
     shown = Through(wave[:, None])(filter_)[:, 0]
     inside = slice(10 * margin(ANGLE), -10 * margin(ANGLE))

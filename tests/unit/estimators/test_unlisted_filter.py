@@ -22,7 +22,7 @@ HALF_POWER = 4.0 * ANGLE
 
 
 def second_order() -> RecordingFilter:
-    kind = next(each for each in kinds_for(ANGLE) if each.name == "low pass of order 2")
+    kind = next(each for each in kinds_for(ANGLE, 0) if each.name == "low pass of order 2")
     return kind.of(HALF_POWER)
 
 
