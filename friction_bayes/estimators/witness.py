@@ -16,6 +16,8 @@ __all__ = ["AnswerPart", "Witness", "answer_parts", "counts", "not_negative"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
+_MOST_OF_DAMPED = 0.5
+"""Largest share of friction with damping: laws between that and dry friction leave what lies between."""
 _NEGATIVE = 1e-4
 """Probability of a negative friction below which the cut at zero changes nothing that is printed."""
 
@@ -63,8 +65,8 @@ def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) ->
     """The posterior with a witness, and friction under an uneven loss by the probability of that.
 
     A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
-    wide as the witness. Friction under an uneven loss has the probability of that, unless this is sure and
-    the witness is of it.
+    wide as the witness. Friction under an uneven loss has the probability of that, half at most, unless this
+    is sure and the witness is of it.
 
     Parameters
     ----------
@@ -82,8 +84,9 @@ def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) ->
         found = [AnswerPart(1.0, posterior)]
     if uneven is None or uneven.sure or not counts(uneven):
         return found
-    found = [AnswerPart((1.0 - uneven.probability) * share, each) for share, each in found]
-    return [*found, AnswerPart(uneven.probability, uneven.coefficient)]
+    damped = min(uneven.probability, _MOST_OF_DAMPED)
+    found = [AnswerPart((1.0 - damped) * share, each) for share, each in found]
+    return [*found, AnswerPart(damped, uneven.coefficient)]
 
 
 def not_negative(known: Sequence[AnswerPart]) -> Any:

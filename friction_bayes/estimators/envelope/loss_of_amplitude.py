@@ -17,6 +17,7 @@ more.
 from __future__ import annotations
 
 import math
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +41,7 @@ __all__ = [
     "uneven_loss",
 ]
 
-UNEVEN_PRIOR = {1.0: 0.05, 0.5: 0.05, 0.25: 0.05, 0.125: 0.05}
+UNEVEN_PRIOR = MappingProxyType({1.0: 0.05, 0.5: 0.05, 0.25: 0.05, 0.125: 0.05})
 """Sds of the share of the loss that is in proportion to the amplitude, and the prior probability of each.
 
 Dry friction alone has the rest: most machines are damped a little, few much. Of 95 records with .5 to 20 % of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.estimators.noise.coulomb_regression import DRIFT, PlainDecay, PreparedDecay
+from friction_bayes.estimators.noise.coulomb_regression import DRIFT, LEAST_SAMPLES, PlainDecay, PreparedDecay
 from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.problem import Problem
 
@@ -24,6 +24,8 @@ def zero_drift(decay: PlainDecay) -> float:
     if decay.rest_known or not decay.usable:
         return 0.0
     prepared = PreparedDecay(decay)
+    if prepared.signal.size < LEAST_SAMPLES:
+        return 0.0
     laid = prepared.along_fit().with_drift()
     found = integrate_force(Problem.of(laid.regression), prepared.prior.without_force)
     drifts = np.arange(len(laid.regression.sets))[None] > 0

@@ -295,8 +295,16 @@ def test_refusals(change: dict, message: str) -> None:
 def test_records_that_are_not_white_are_averaged_over_accounts_as_one_record_is(rng) -> None:
     """Those that are keep the numbers of the first pass."""
     values = records("displacement", 3)
-    wander = np.cumsum(rng.standard_normal(values.shape[1]))
-    values[1] += 0.05 * values[1].std() * np.sin(0.02 * wander)
+    forced = simulate(
+        SYSTEM,
+        friction=0.2,
+        initial_displacement=0.011,
+        duration=9.0,
+        sampling_rate=RATE,
+        seed=3,
+        effects={"random_force.sd": 0.1, "random_force.correlation_time": 0.2},
+    ).values
+    values[1] = forced + 0.02 * forced.std() * rng.standard_normal(forced.size)
     result = estimate_batch(values, SYSTEM, sampling_rate=RATE)
     first = plain_batch(values, SYSTEM, sampling_rate=RATE)
     assert set(result) - set(first) == {"random_force_probability", "random_force_sd"}

@@ -32,19 +32,21 @@ def test_rounded_corners_of_an_acceleration_are_no_saturation(rate: float) -> No
 
 
 @pytest.mark.parametrize(
-    ("made", "order"),
+    ("made", "order", "rate"),
     [
-        (lambda x, step: np.gradient(x, step), 1),
-        (lambda x, step: np.diff(x) / step, 1),
-        (lambda x, step: signal.savgol_filter(x, 9, 2, deriv=1, delta=step), 1),
-        (lambda x, step: np.gradient(np.gradient(x, step), step), 2),
+        (lambda x, step: np.gradient(x, step), 1, 50.0),
+        (lambda x, step: np.diff(x) / step, 1, 50.0),
+        (lambda x, step: signal.savgol_filter(x, 9, 2, deriv=1, delta=step), 1, 50.0),
+        (lambda x, step: np.gradient(np.gradient(x, step), step), 2, 100.0),
     ],
     ids=["gradient", "differences", "slopes", "gradient twice"],
 )
-def test_a_derivative_of_positions_is_recognised(made: Callable[[Array, float], Array], order: int) -> None:
-    """Of 31 positions a period: np.gradient shows 1 % less of the motion, slopes over nine samples 10 %."""
-    positions = decay(rate=50.0)
-    derived = made(positions.values, 1.0 / 50.0)
+def test_a_derivative_of_positions_is_recognised(
+    made: Callable[[Array, float], Array], order: int, rate: float
+) -> None:
+    """Of 31 positions a period np.gradient shows 1 % less of the motion, slopes over nine samples 10 %."""
+    positions = decay(rate=rate)
+    derived = made(positions.values, 1.0 / rate)
     inside = slice(10, -10)
     record = fb.make_record(
         positions["time"].values[: derived.size][inside],

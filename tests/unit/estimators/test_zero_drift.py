@@ -67,7 +67,6 @@ def test_the_line_is_taken_out_about_the_middle_of_the_decay() -> None:
 
 
 def test_no_drift_is_found_where_there_is_none() -> None:
-    """White noise has a line that is rather there in fewer than one of five hundred records."""
     found = [fb.estimate(record(seed=seed), SYSTEM).decay.drift for seed in range(12)]
     assert found == [0.0] * len(found)
 
