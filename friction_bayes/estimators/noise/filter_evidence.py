@@ -32,6 +32,7 @@ from scipy.special import expit, gammainc, softmax
 
 from friction_bayes.core.arrays import Array, Complexes
 from friction_bayes.estimators.noise.recording_filters import (
+    FILTERED,
     FilterKind,
     RecordingFilter,
     Through,
@@ -81,8 +82,6 @@ _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
-_PRIOR = 0.01
-"""Prior probability that noise which is not white was filtered in one of the ways known here."""
 
 
 class FoundKind(NamedTuple):
@@ -182,7 +181,7 @@ def likely_filters(
     if spectra.empty:
         return FoundFilters()
     others = [spectra.of_others(target, each[inner].T) for each in (columns, free_columns)]
-    log_other = math.log(0.5 * (1.0 - _PRIOR)) + _log_sum(others)
+    log_other = math.log(0.5 * (1.0 - FILTERED)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
@@ -206,10 +205,9 @@ def likely_filters(
         )
 
     found: list[FoundKind] = []
-    log_kind = math.log(_PRIOR / (len(kinds) + 1))
     for kind in kinds:
         if only in {None, kind.name}:
-            log_prior = log_kind - math.log(kind.sizes.size)
+            log_prior = math.log(kind.prior / kind.sizes.size)
             found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence, log_other))
     # where samples are interpolated no filter fits the noise
     if only is None and np.isfinite(signal).all():

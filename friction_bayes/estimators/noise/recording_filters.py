@@ -21,6 +21,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from friction_bayes.core.arrays import Array, Complexes, Indices
 
 __all__ = [
+    "FILTERED",
     "FilterKind",
     "RecordingFilter",
     "Through",
@@ -54,6 +55,9 @@ _LET_THROUGH = 0.3
 """Share of the amplitude below which a frequency is not let through."""
 _MOST_DOUBTS, _SAME = 3, 1e-9
 """How many components of the differences between filters are kept, and variance of those that are none."""
+FILTERED, _DERIVED = 0.01, 0.1
+"""Prior probabilities, where noise is not white, that it was filtered in one of the ways listed, and that a
+velocity or acceleration was computed from positions or velocities: few sensors show one."""
 _FORGOTTEN = 1e-4
 """Share of what came when it is not known that a filter may still show where it is taken to be forgotten."""
 
@@ -284,16 +288,19 @@ class FilterKind:
         The filter of a size.
     has_zeros : bool
         Whether it suppresses some frequencies altogether.
+    prior : float
+        Probability that noise which is not white went through one of them.
     """
 
     name: str
     sizes: Array
     of: Callable[[float], RecordingFilter]
     has_zeros: bool
+    prior: float = 0.0
 
 
 def kinds_for(angle: float, order: int) -> list[FilterKind]:
-    """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable.
+    """Filters that attenuate a motion of ``angle`` [rad/sample], with their probabilities.
 
     Of a derivative of this order: it may have been computed from one of a lower order.
     """
@@ -301,9 +308,15 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
     kinds += [_bessel(angle)]
-    kinds += [_differences(angle, times) for times in range(1, order + 1)]
-    kinds += [_slopes(angle, times) for times in range(1, order + 1)]
-    return [kind for kind in kinds if kind.sizes.size]
+    derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
+    # a kind that is not listed is as probable as one that is
+    return _with_prior(kinds, FILTERED, besides=1) + _with_prior(derived, _DERIVED)
+
+
+def _with_prior(kinds: Sequence[FilterKind], probability: float, besides: int = 0) -> list[FilterKind]:
+    """Those that have sizes, and as many besides, all equally probable."""
+    kinds = [kind for kind in kinds if kind.sizes.size]
+    return [replace(kind, prior=probability / (len(kinds) + besides)) for kind in kinds]
 
 
 def _windows(angle: float, shortest: int, longest: float, step: float = 2.0) -> Array:
