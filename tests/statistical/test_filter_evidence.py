@@ -8,6 +8,7 @@ is right: of 40 records each, Kolmogorov's test at 1e-3 a kind.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from scipy import signal, stats
 from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.noise import filter_evidence
 from friction_bayes.estimators.noise.filter_evidence import likely_filters
-from friction_bayes.estimators.noise.recording_filters import FilterKind, kinds_for
+from friction_bayes.estimators.noise.recording_filters import kinds_for
 
 PER_PERIOD = 150
 ANGLE = 2.0 * math.pi / PER_PERIOD
@@ -52,7 +53,7 @@ def test_the_corner_is_as_uncertain_as_it_says(
     # corners that neither end of the range is near
     places, low = kind.sizes / ANGLE, lowest
     corners = kind.sizes[(places > low) & (places < 1.33 * low)]
-    only = FilterKind(kind.name, kind.sizes[(places > 0.78 * low) & (places < 1.78 * low)], kind.of, False)
+    only = replace(kind, sizes=kind.sizes[(places > 0.78 * low) & (places < 1.78 * low)])
     monkeypatch.setattr(filter_evidence, "kinds_for", lambda angle, order: [only])
     monkeypatch.setattr(filter_evidence, "_MOST", only.sizes.size)
     monkeypatch.setattr(filter_evidence, "_MUCH_LESS", 1e-9)

@@ -296,7 +296,7 @@ class FilterKind:
     sizes: Array
     of: Callable[[float], RecordingFilter]
     has_zeros: bool
-    prior: float = 0.0
+    prior: float = 1.0
 
 
 def kinds_for(angle: float, order: int) -> list[FilterKind]:
