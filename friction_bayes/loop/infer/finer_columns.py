@@ -9,7 +9,7 @@ step, and for a shape the spacing of its values in the next round.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -105,52 +105,79 @@ def _waves(found: LawAlongMotion, line: Line) -> list[int]:
     return [j for j, column in enumerate(found.law.columns) if column.line == line]
 
 
-def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[str, tuple[float, ...]]:
+def finer_shapes(
+    founds: Sequence[LawAlongMotion], laws: Sequence[Array], points: Sequence[GridPoint]
+) -> dict[str, tuple[float, ...]]:
     """Values at which the shape of each effect of a law is evaluated next.
 
     Parameters
     ----------
-    found : LawAlongMotion
-    law : ndarray, shape (p,)
-        Its coefficients.
-    point : GridPoint
-        The random force in addition to it.
+    founds : sequence of LawAlongMotion, length r
+        The records, which have one law; its shapes are common to them.
+    laws : sequence of ndarray, shape (p,)
+        Its coefficients in each; one that is the same in all is common to them.
+    points : sequence of GridPoint
+        The random force of each in addition to it.
 
     Returns
     -------
     dict
         Normal scores of the prior by effect; without those that are taken all over it.
     """
-    regression = found.regression
-    bent: dict[str, list[tuple[float, ForceColumn]]] = {}
-    for size, each in found.law.with_sizes(law):
-        if each.column.shape:
-            bent.setdefault(each.column.effect, []).append((size, each))
-    if not bent:
+    bent = (each.column for _, each in founds[0].law.with_sizes(laws[0]) if each.column.shape)
+    scores = {column.effect: column.score for column in bent}
+    if not scores:
         return {}
-
-    def change(points: Points) -> Array:
-        return np.column_stack([_change(acting, points) for acting in bent.values()])
-
-    path = found.path
-    shown = found.shown(change(path.nodes), change(path.samples))
-    own = law != 0.0
-    columns = regression.columns[:, own] * regression.scale[own]
-    block = np.column_stack([columns, shown, regression.residual(law)])
-    gram = regression.products(block, point) / point.noise**2
-    score = np.array([acting[0][1].column.score for acting in bent.values()])
-    # the data are the residual of the law; each coefficient and score has a standard normal prior
-    factor = cho_factor(gram[:-1, :-1] + np.eye(len(gram) - 1))
-    k = len(score)
-    present = np.append(law[own] / regression.scale[own], score)
-    move = cho_solve(factor, gram[:-1, -1] - present)[-k:]
-    sd = np.sqrt(np.diag(cho_solve(factor, np.eye(len(gram) - 1)))[-k:])
-    centre = score + np.clip(move, -_SHAPE_STEP, _SHAPE_STEP)
+    centre, sd = _likely_scores(scores, founds, laws, points)
     return {
         name: tuple((centre[j] + sd[j] * np.array(PRIOR_SCORES)).tolist())
-        for j, name in enumerate(bent)
+        for j, name in enumerate(scores)
         if sd[j] < _WIDEST
     }
+
+
+def _likely_scores(
+    scores: dict[str, float],
+    founds: Sequence[LawAlongMotion],
+    laws: Sequence[Array],
+    points: Sequence[GridPoint],
+) -> tuple[Array, Array]:
+    """Scores of the shapes after a Gauss-Newton step, and their standard deviations, shape (k,) both."""
+    acting = np.any([law != 0.0 for law in laws], axis=0)
+    same = acting & np.all([law == laws[0] for law in laws], axis=0)
+    shared, own = np.flatnonzero(same), np.flatnonzero(acting & ~same)
+    taken, s, k = np.append(shared, own), shared.size, len(scores)
+    # common coefficients, those of each record, scores
+    precision = np.eye(s + own.size * len(founds) + k)
+    slope, present = np.zeros((2, len(precision)))
+    present[-k:] = list(scores.values())
+    for i, (found, law, point) in enumerate(zip(founds, laws, points, strict=True)):
+        regression, scale = found.regression, found.regression.scale[taken]
+        shown = _shown_changes(scores, found, law)
+        block = np.column_stack([regression.columns[:, taken] * scale, shown, regression.residual(law)])
+        gram = regression.products(block, point) / point.noise**2
+        first = s + own.size * i
+        place = np.r_[:s, first : first + own.size, len(precision) - k : len(precision)]
+        precision[np.ix_(place, place)] += gram[:-1, :-1]
+        slope[place] += gram[:-1, -1]
+        present[place[:-k]] = law[taken] / scale
+    # the data are the residuals of the law; each coefficient and score has a standard normal prior
+    factor = cho_factor(precision)
+    move = cho_solve(factor, slope - present)[-k:]
+    sd = np.sqrt(np.diag(cho_solve(factor, np.eye(len(precision))))[-k:])
+    return present[-k:] + np.clip(move, -_SHAPE_STEP, _SHAPE_STEP), sd
+
+
+def _shown_changes(scores: Iterable[str], found: LawAlongMotion, law: Array) -> Array:
+    """What a record shows of the forces of some effects per normal score of their shapes, shape (n, k)."""
+    forces = found.law.with_sizes(law)
+    acting = [[pair for pair in forces if pair[1].column.effect == name] for name in scores]
+
+    def change(points: Points) -> Array:
+        return np.column_stack([_change(each, points) for each in acting])
+
+    path = found.path
+    return found.shown(change(path.nodes), change(path.samples))
 
 
 def _change(acting: list[tuple[float, ForceColumn]], points: Points) -> Array:

@@ -3,7 +3,8 @@
 Each record is analysed alone first, which gives its motion and the sizes of its noise and random force
 relative to those of the others. Of one record that is all. Of several, all sets of effects are evaluated on
 all records at once: along these motions, to find the common law and the sets that may matter, and those along
-the motions smoothed with that law.
+the motions smoothed with that law. Where an effect of the law has a shape that the records determine, the
+first is repeated with values about the best for all records together, until these stay.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.finer_columns import finer_shapes
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
 from friction_bayes.loop.infer.record_fit import (
     ForceFit,
@@ -45,9 +47,15 @@ __all__ = ["LawFit", "fit_law", "spreads_evaluated"]
 
 _SPREADS = 13
 _COARSE = 3
-"""The first round takes every third of them."""
+"""The rounds before the last take every third of them."""
 _HOPELESS = 1e-13
-"""Probability of a set in the first round below which the second does without it."""
+"""Probability of a set in the round before below which the last does without it."""
+_MOST_ROUNDS = 8
+"""Before the last; shapes may still change after these."""
+_SAME_CENTRE = 0.5
+"""Change of the middle one of the values of a shape, over their distance, at which these stay the same."""
+_SAME_STEP = 0.4
+"""The same of the logarithm of that distance."""
 
 
 def spreads_evaluated() -> Array:
@@ -184,20 +192,49 @@ def fit_law(
 
 
 def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOptions) -> LawFit:
-    """The analysis of several records, in two rounds from that of each."""
+    """The analysis of several records from that of each: in two rounds, more where shapes are refined."""
     records, varying = _records(alone, system, options.allowed), options.varying_friction
     corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     along = _along(alone, records, motions, w0)
     spreads = spreads_evaluated()
-    first = _evaluated(alone, along, spreads[::_COARSE], varying=varying, only_mode=True)
-    one = first.fits[0]
-    change = frequency_change(one.coefficients[one.regression.stiffness])
-    motions = [fit.motion.at_frequency(change) for fit in first.fits]
-    about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
-    along = _along(alone, records, motions, w0 * change, about)
-    return _evaluated(alone, along, spreads, varying=varying, kept=first.worth_it)
+    near = None
+    for _ in range(_MOST_ROUNDS):
+        first = _evaluated(alone, along, spreads[::_COARSE], varying=varying, only_mode=True, near=near)
+        near = first.posterior.best_force
+        one = first.fits[0]
+        change = frequency_change(one.coefficients[one.regression.stiffness])
+        motions = [fit.motion.at_frequency(change) for fit in first.fits]
+        about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
+        w0 *= change
+        before, scores = records[0].scores, _finer_shapes(first.fits)
+        records = tuple(replace(record, scores=scores) for record in records)
+        along = _along(alone, records, motions, w0, about)
+        if _alike(before, scores):
+            return _evaluated(alone, along, spreads, varying=varying, kept=first.worth_it)
+    # in what shapes the effects are hopeless was seen at other values alone
+    probable = {first.sets.effects[i] for i in np.flatnonzero(first.worth_it)}
+    kept = np.array([effects in probable for effects in along[0].sets.effects])
+    return _evaluated(alone, along, spreads, varying=varying, kept=kept)
+
+
+def _finer_shapes(fits: Sequence[ForceFit]) -> dict[str, tuple[float, ...]]:
+    """Values at which the shapes of the common law are evaluated next."""
+    return finer_shapes(fits, [fit.coefficients for fit in fits], [fit.posterior.best for fit in fits])
+
+
+def _alike(before: dict[str, tuple[float, ...]], after: dict[str, tuple[float, ...]]) -> bool:
+    """Whether shapes are taken at nearly the same values: about one, and as far apart."""
+    if before.keys() != after.keys():
+        return False
+    for name, scores in after.items():
+        earlier, step = before[name], scores[1] - scores[0]
+        if abs(scores[2] - earlier[2]) > _SAME_CENTRE * step:
+            return False
+        if abs(math.log((earlier[1] - earlier[0]) / step)) > _SAME_STEP:
+            return False
+    return True
 
 
 def _records(
@@ -255,6 +292,7 @@ def _evaluated(
     varying: bool,
     kept: Mask | None = None,
     only_mode: bool = False,
+    near: GridPoint | None = None,
 ) -> LawFit:
     """Analysis of the sets ``kept`` with ``some`` spreads, and without one unless friction varies."""
     friction = _friction_of_loss(alone)
@@ -275,7 +313,7 @@ def _evaluated(
     prior = force_prior(friction)
     if not all(fit.forced for fit in alone):
         prior = prior.without_force
-    posterior = integrate_force(problem, prior, only_mode=only_mode)
+    posterior = integrate_force(problem, prior, near=near, only_mode=only_mode)
     fits = tuple(
         force_fit(found, *each, one.sensor_noise)
         for found, each, one in zip(along, _under(posterior), alone, strict=True)

@@ -177,7 +177,7 @@ class Round:
         whole = replace(
             whole,
             sizes=whole.sizes | found.law.sensor_sizes(law),
-            scores=finer_shapes(found, law, best),
+            scores=finer_shapes([found], [law], [best]),
         )
         ceiling, outliers = self._set_aside(smoothed)
         change = frequency_change(law[regression.stiffness])

@@ -10,10 +10,14 @@ import xarray as xr
 from scipy.signal import lfilter
 
 import friction_bayes as fb
-from decays import SYSTEM, fluctuating_friction, slow_decay
+from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
 from friction_bayes.core.errors import InputError
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer import law_fit
+from friction_bayes.loop.infer.finer_columns import finer_shapes
 from friction_bayes.plotting.loop import plot_friction_between_records
 from friction_bayes.report.story import loop_story
+from loop_options import loop_options
 
 EFFECTS = ["viscous_damping", "stribeck_friction", "sensor_offset", "random_force"]
 
@@ -280,3 +284,66 @@ def test_a_shared_effect_that_differs_is_a_contradiction(report: fb.LoopReport) 
     assert "oil-0 0." in reported[0]
     assert "oil-1 1." in reported[0]
     assert not any("contradict" in note for note in report.notes)
+
+
+BENT = ["viscous_damping", "stribeck_friction", "presliding"]
+STRIBECK = {"stribeck_friction.static_excess": 0.6, "stribeck_friction.stribeck_velocity": 0.03}
+"""Four tenths of a prior standard deviation from the middle, between two values of the prior."""
+
+
+def bent_releases(seed: int, effects: dict[str, float]) -> list[xr.DataArray]:
+    return [
+        short_decay(initial_displacement=0.02 - 0.004 * k, noise_sd=2e-5, seed=seed + k, effects=effects)
+        for k in range(2)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("effect", "effects"),
+    [("stribeck_friction", STRIBECK), ("presliding", {"presliding.displacement": 4e-4})],
+)
+def test_a_shape_between_the_values_of_its_prior_is_found_in_all_records(
+    effect: str, effects: dict[str, float], seed: int
+) -> None:
+    found = fb.close_loop(bent_releases(seed, effects), SYSTEM, seed=1, effects=BENT)
+    assert found.candidates[0]["effects"] == [effect]
+    friction, (bent,) = found.friction_after, found.effects
+    assert friction["mean"] == pytest.approx(0.5, abs=4.0 * friction["sd"])
+    assert friction["sd"] < 0.02
+    for name, parameter in bent["parameters"].items():
+        assert parameter["mean"] == pytest.approx(effects[f"{effect}.{name}"], abs=4.0 * parameter["sd"])
+
+
+def test_a_law_without_shapes_takes_two_rounds(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rounds, evaluated = [], law_fit._evaluated
+    monkeypatch.setattr(law_fit, "_evaluated", lambda *a, **k: rounds.append(k) or evaluated(*a, **k))
+    segments = cut_records(bent_releases(seed, {"viscous_damping.damping_ratio": 0.01}), SYSTEM)
+    law_fit.fit_law(segments, SYSTEM, loop_options(BENT))
+    first, last = rounds
+    assert first["only_mode"]
+    assert first["near"] is None
+    assert not last["kept"].all()
+
+
+def test_a_record_given_twice_determines_its_shape_by_the_root_of_two_better(seed: int) -> None:
+    segments = cut_records(bent_releases(seed, STRIBECK)[:1], SYSTEM)
+    (fit,) = law_fit.fit_law(segments, SYSTEM, loop_options(BENT)).fits
+    once, twice = (
+        finer_shapes(r * [fit], r * [fit.coefficients], r * [fit.posterior.best])["stribeck_friction"]
+        for r in (1, 2)
+    )
+    step = once[1] - once[0]
+    assert twice[1] - twice[0] == pytest.approx(step / np.sqrt(2.0), rel=0.01)
+    assert twice[2] == pytest.approx(once[2], abs=0.5 * step)
+
+
+def test_shapes_that_still_change_are_all_evaluated(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(law_fit, "_MOST_ROUNDS", 2)
+    segments = cut_records(bent_releases(seed, STRIBECK), SYSTEM)
+    fit = law_fit.fit_law(segments, SYSTEM, loop_options(BENT))
+    assert fit.sets.effects[fit.fits[0].chosen] == {"stribeck_friction"}
+    shapes = {each.shape for each in fit.law.columns if each.effect == "stribeck_friction"}
+    alone = [i for i, effects in enumerate(fit.sets.effects) if effects == {"stribeck_friction"}]
+    evaluated = fit.sets.columns[np.intersect1d(alone, fit.problem.number)]
+    columns = np.flatnonzero(evaluated.any(axis=0))
+    assert {fit.law.columns[j].shape for j in columns} >= shapes
