@@ -384,7 +384,8 @@ def _derivative(name: str, angle: float, times: int, slope: Callable[[Array], Ar
     def of_noise(omega: Array) -> Array:
         return np.asarray((slope(omega) / angle) ** times)
 
-    return RecordingFilter(f"{name}{', twice' if times == 2 else ''}", response, angle, of_noise=of_noise)
+    name = f"a derivative by {name}{', twice' if times == 2 else ''}"
+    return RecordingFilter(name, response, angle, of_noise=of_noise)
 
 
 def _differences(angle: float, times: int) -> FilterKind:

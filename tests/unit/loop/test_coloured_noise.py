@@ -42,7 +42,7 @@ def test_noise_that_is_differentiated_twice_is_coloured() -> None:
     twice = np.gradient(np.gradient(record.values, step), step)
     record = fb.make_record(record.time.values, twice, "acceleration", synthetic=True)
     report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
-    assert report.noise["filter"]["name"] == "slopes over 3 samples, twice"
+    assert report.noise["filter"]["name"] == "a derivative by slopes over 3 samples, twice"
     assert report.noise["order"] > 1
     low, high = report.friction_after["interval90"]
     assert low < FRICTION < high < 1.01 * FRICTION
