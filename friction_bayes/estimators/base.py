@@ -172,7 +172,7 @@ class Fit:
         Friction by the loss of amplitude, of a method that averages over accounts.
     uneven_loss : UnevenLoss or None
         Whether the loss of amplitude is not that of dry friction alone; None where there are too few half
-        cycles, where the amplitudes were not looked at, and where an accelerometer shows friction itself.
+        cycles, no amplitude is lost, or the amplitudes were not looked at.
     answer : frozen scipy.stats distribution or Mixture
         Friction coefficient as it is reported: ``coefficient``, with the witness and what an uneven loss
         leaves to friction, and not negative, where there is a witness.

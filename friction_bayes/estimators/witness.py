@@ -12,7 +12,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO, UnevenLoss
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 
-__all__ = ["AnswerPart", "Witness", "answer_parts", "counts", "not_negative"]
+__all__ = ["AnswerPart", "Witness", "answer_parts", "not_negative"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
@@ -56,11 +56,6 @@ class AnswerPart(NamedTuple):
     coefficient: Any
 
 
-def counts(uneven: UnevenLoss) -> bool:
-    """Whether what is reported reaches towards friction under an uneven loss."""
-    return uneven.probability >= SLIGHT
-
-
 def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) -> list[AnswerPart]:
     """The posterior with a witness, and friction under an uneven loss by the probability of that.
 
@@ -82,7 +77,7 @@ def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) ->
         found = [AnswerPart(1.0, Mixture.of_student(posterior).widened(wider))]
     else:
         found = [AnswerPart(1.0, posterior)]
-    if uneven is None or uneven.sure or not counts(uneven):
+    if uneven is None or uneven.sure or uneven.probability < SLIGHT:
         return found
     damped = min(uneven.probability, _MOST_OF_DAMPED)
     found = [AnswerPart((1.0 - damped) * share, each) for share, each in found]

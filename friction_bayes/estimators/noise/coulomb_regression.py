@@ -41,7 +41,7 @@ from friction_bayes.estimators.noise.recording_filters import (
 )
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import integrate_force
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import NEAR_TURN, MeasuredPath
@@ -332,6 +332,12 @@ class PreparedDecay:
     def noise_unit(self) -> float:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
+
+    def weighed(self, laid: Laid) -> tuple[float, Posterior]:
+        """Probability of what was added to a law last, and the posterior with it, both without a force."""
+        found = integrate_force(Problem.of(laid.regression), self.prior.without_force)
+        added = np.arange(len(laid.regression.sets))[None] > 0
+        return float(found.weight[added].sum()), found.among(added)
 
     def filters_along(self, laid: Laid, *, only: str | None = None) -> FoundFilters:
         """Filters, or only those of one kind, that the samples may have gone through."""

@@ -195,13 +195,11 @@ class NoiseAccount:
         Of an account without a force. The prior is that of :meth:`Laid.with_damping`; natural units.
         """
         laid = self._part.laid.with_damping(self._prepared.friction, prior)
-        found = integrate_force(Problem.of(laid.regression), self._prepared.prior.without_force)
-        damped = np.arange(len(laid.regression.sets))[None] > 0
-        given = found.among(damped)
+        probability, given = self._prepared.weighed(laid)
         names = [name for name in laid.regression.names if name.startswith(DAMPING)]
         mean = sum(given.coefficient(name).mean() for name in names)
         friction = given.coefficient("friction").scaled(self._unit)
-        return float(found.weight[damped].sum()), mean, friction
+        return probability, mean, friction
 
     def target(self, force_factor: float) -> Target:
         """The same posterior for a sampler, given the factor from ``coefficient`` to force."""

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from friction_bayes.estimators.noise.coulomb_regression import DRIFT, LEAST_SAMPLES, PlainDecay, PreparedDecay
-from friction_bayes.statespace.force_grid import integrate_force
-from friction_bayes.statespace.problem import Problem
 
 __all__ = ["zero_drift"]
 
@@ -27,9 +23,8 @@ def zero_drift(decay: PlainDecay) -> float:
     if prepared.signal.size < LEAST_SAMPLES:
         return 0.0
     laid = prepared.along_fit().with_drift()
-    found = integrate_force(Problem.of(laid.regression), prepared.prior.without_force)
-    drifts = np.arange(len(laid.regression.sets))[None] > 0
-    if found.weight[drifts].sum() < 0.5:
+    probability, given = prepared.weighed(laid)
+    if probability < 0.5:
         return 0.0
-    change = found.among(drifts).coefficient(f"{DRIFT}0").mean() * laid.unit
+    change = given.coefficient(f"{DRIFT}0").mean() * laid.unit
     return change / float(prepared.time[-1] - prepared.time[0])
