@@ -130,9 +130,9 @@ def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
     lost = law.fitted[0] - law.fitted[-1]
     if lost <= 0.0:
         return None
-    exact, whole = EXACT_TO**2, lost / law.lost[-1]
-    none = _regressed(law.response, law.columns[:, :-1], exact)
-    given = [_regressed(law.response, law.columns, exact, prior_sd=share * whole) for share in UNEVEN_PRIOR]
+    whole = lost / law.lost[-1]
+    none = _regressed(law.amplitudes.without_last)
+    given = [_regressed(law.amplitudes, prior_sd=share * whole) for share in UNEVEN_PRIOR]
     found = [each for each in given if each is not None]
     if none is None or len(found) < len(given):
         return None
@@ -152,11 +152,27 @@ class _Regressed(NamedTuple):
     last: Mixture
 
 
+class _Amplitudes(NamedTuple):
+    """Rows of the regression, reduced to triangular factors of columns and response, one a walk.
+
+    With the log weight of each walk before the columns are fitted, and the least residual.
+    """
+
+    upper: Array
+    log_weight: Array
+    rows: int
+    least: float
+
+    @property
+    def without_last(self) -> _Amplitudes:
+        """The same without the last column."""
+        return self._replace(upper=_triangular(np.delete(self.upper, -2, axis=2)))
+
+
 class _Law(NamedTuple):
     """A regression of the amplitudes in motion, those it gives, and their integral."""
 
-    response: Array
-    columns: Array
+    amplitudes: _Amplitudes
     posterior: _Regressed
     fitted: Array
     lost: Array
@@ -186,39 +202,49 @@ def _law(decay: FreeDecay, *, damped: bool) -> _Law | None:
             column = np.zeros(response.size)
             column[:size] = -share * lost
             columns = np.column_stack([design, column])
-        found = _regressed(response[moving], columns[moving], EXACT_TO**2 if damped else _EXACT)
-        if found is None:
+        amplitudes = _amplitudes(response[moving], columns[moving], EXACT_TO**2 if damped else _EXACT)
+        found = None if amplitudes is None else _regressed(amplitudes)
+        if amplitudes is None or found is None:
             return None
         last = np.count_nonzero(moving[:size])
         fitted = found.start + ratio * found.coefficient.mean() - damped * found.last.mean() * lost
-        law = _Law(response[moving], columns[moving], found, fitted[:last], lost[:last])
+        law = _Law(amplitudes, found, fitted[:last], lost[:last])
     return law
 
 
-def _regressed(
-    response: Array, design: Array, exact: float, *, prior_sd: float | None = None
-) -> _Regressed | None:
-    """Posterior averaged over the walk of the amplitudes; None where their scatter cannot be estimated.
+def _amplitudes(response: Array, design: Array, exact: float) -> _Amplitudes | None:
+    """Amplitudes under each walk; None where they are too few to estimate their scatter.
 
-    The residual is taken to be at least the share ``exact`` of their sum of squares. With ``prior_sd`` the
-    last coefficient is normal about zero, at the noise found without that prior.
+    The residual is taken to be at least the share ``exact`` of their sum of squares.
     """
-    freedom = response.size - design.shape[1]
-    if freedom < _LEAST_FREEDOM or not np.all(np.isfinite(response)):
+    if response.size - design.shape[1] < _LEAST_FREEDOM or not np.all(np.isfinite(response)):
         return None
     loading = np.ascontiguousarray(design[:, _AMPLITUDE])
-    columns = np.column_stack([design, response])
     steps = np.concatenate([[0.0], _WALKS / np.max(np.abs(loading))])
-    log_weight = np.concatenate([[0.0], np.full(_WALKS.size, -math.log(_WALKS.size))])
-    white, log_determinant = _whitened(columns, loading, steps)
-    upper = np.asarray(np.linalg.qr(white, mode="r"))
+    log_prior = np.concatenate([[0.0], np.full(_WALKS.size, -math.log(_WALKS.size))])
+    white, log_determinant = _whitened(np.column_stack([design, response]), loading, steps)
     least = exact * float(response @ response)
+    return _Amplitudes(_triangular(white), log_prior - 0.5 * log_determinant, response.size, least)
+
+
+def _triangular(rows: Array) -> Array:
+    """Triangular factors of stacked rows, shape (walks, n, p)."""
+    return np.asarray(np.linalg.qr(rows, mode="r"))
+
+
+def _regressed(amplitudes: _Amplitudes, *, prior_sd: float | None = None) -> _Regressed | None:
+    """Posterior averaged over the walk of the amplitudes; None where they do not determine it.
+
+    With ``prior_sd`` the last coefficient is normal about zero, at the noise found without that prior.
+    """
+    upper, log_weight, rows, least = amplitudes
+    freedom = rows - (upper.shape[2] - 1)
     if prior_sd is not None:
-        precision = np.zeros((steps.size, 1, columns.shape[1]))
+        precision = np.zeros((len(upper), 1, upper.shape[2]))
         noise2 = np.maximum(upper[:, -1, -1] ** 2, least) / freedom
         precision[:, 0, -2] = np.sqrt(noise2) / prior_sd
-        upper = np.asarray(np.linalg.qr(np.concatenate([upper, precision], axis=1), mode="r"))
-        log_weight += np.log(precision[:, 0, -2])
+        upper = _triangular(np.concatenate([upper, precision], axis=1))
+        log_weight = log_weight + np.log(precision[:, 0, -2])
         freedom += 1
     own, right = upper[:, :-1, :-1], upper[:, :-1, -1:]
     rest = np.maximum(upper[:, -1, -1] ** 2, least)
@@ -228,12 +254,12 @@ def _regressed(
     inverse = np.linalg.inv(own)
     location = (inverse @ right)[:, :, 0]
     scale = np.sqrt(rest / freedom)[:, None] * np.linalg.norm(inverse, axis=2)
-    log_weight -= 0.5 * (log_determinant + freedom * np.log(rest)) + np.log(diagonal).sum(axis=1)
+    log_weight = log_weight - 0.5 * freedom * np.log(rest) - np.log(diagonal).sum(axis=1)
     log_evidence = float(logsumexp(log_weight))
     weight = np.exp(log_weight - log_evidence)
 
     def marginal(k: int) -> Mixture:
-        return Mixture(weight, location[:, k], scale[:, k], np.full(steps.size, float(freedom)))
+        return Mixture(weight, location[:, k], scale[:, k], np.full(weight.size, float(freedom)))
 
     start = float(weight @ location[:, _AMPLITUDE])
     return _Regressed(log_evidence, start, marginal(_FRICTION), marginal(-1))
