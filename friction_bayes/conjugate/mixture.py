@@ -89,17 +89,21 @@ class Mixture(FrozenDistribution):
     def of(cls, distributions: Sequence[Any], share: ArrayLike) -> Mixture:
         """Mixture of mixtures and frozen Student t, in shares that add up to one, shape (m,).
 
+        Parts of no probability are omitted.
+
         All of them are cut at zero, or none is.
         """
         parts = [cls.of_student(each) for each in distributions]
         if len({each.positive for each in parts}) != 1:
             raise InputError("mixture", "of parts cut at zero and others", "give one kind")
         shares = np.asarray(share, dtype=np.float64)
+        weight = np.concatenate([each.weight * p for each, p in zip(parts, shares, strict=True)])
+        kept = weight > OMITTED
         return cls(
-            np.concatenate([each.weight * p for each, p in zip(parts, shares, strict=True)]),
-            np.concatenate([each.location for each in parts]),
-            np.concatenate([each.scale for each in parts]),
-            np.concatenate([each.degrees for each in parts]),
+            weight[kept] * (weight.sum() / max(weight[kept].sum(), OMITTED)),
+            np.concatenate([each.location for each in parts])[kept],
+            np.concatenate([each.scale for each in parts])[kept],
+            np.concatenate([each.degrees for each in parts])[kept],
             parts[0].positive,
             float(shares @ [each.atom for each in parts]),
         )

@@ -175,7 +175,7 @@ class Fit:
         cycles, no amplitude is lost, or the amplitudes were not looked at.
     answer : frozen scipy.stats distribution or Mixture
         Friction coefficient as it is reported: ``coefficient``, with the witness and what an uneven loss
-        leaves to friction, and not negative, where there is a witness.
+        leaves to friction, and not negative, where there are accounts or a witness.
     """
 
     coefficient: Any
@@ -203,12 +203,11 @@ class Fit:
 
     @cached_property
     def answer(self) -> Any:
-        return self.coefficient if self.witness is None else not_negative(self._parts_of_answer)
+        known = self.witness is not None or self.accounts
+        return not_negative(self._parts_of_answer) if known else self.coefficient
 
     @property
     def _parts_of_answer(self) -> list[AnswerPart]:
-        if self.witness is None:
-            return [AnswerPart(1.0, self.coefficient)]
         return answer_parts(self.coefficient, self.witness, self.uneven_loss)
 
     @property

@@ -16,7 +16,7 @@ from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.core.text import interval, number
+from friction_bayes.core.text import interval, listed, number, percent
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
@@ -24,7 +24,12 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR, uneven_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import (
+    UNEVEN_PRIOR,
+    UnevenLoss,
+    uneven_loss,
+)
+from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -249,6 +254,8 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     uneven = fit.uneven_loss
     if uneven is None or uneven.probability < sum(UNEVEN_PRIOR.values()):
         return []
+    if uneven.losses:
+        return [_other_losses_note(decay, uneven)]
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
 
@@ -272,6 +279,20 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     if uneven.sure:
         warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
+
+
+def _other_losses_note(decay: FreeDecay, uneven: UnevenLoss) -> str:
+    """Note of other losses that the posterior of friction has; a warning where there need be no friction."""
+    likely = sorted(uneven.losses.items(), key=lambda item: -item[1])
+    named = [f"{name} ({percent(share)})" for name, share in likely if share >= SLIGHT]
+    text = (
+        f"{decay.name}: not dry friction alone takes the amplitude (probability {percent(uneven.probability)}): "
+        f"so would {listed(named, 'or')}; friction is averaged over these by their probabilities"
+    )
+    if uneven.probability > 0.5 and float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
+        text += ", and there need be none; closing the loop (close-loop) compares more effects"
+        warnings.warn(text, RecordWarning, stacklevel=4)
+    return text
 
 
 def _provenance(record: xr.DataArray) -> list[str]:

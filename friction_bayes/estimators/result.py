@@ -330,7 +330,12 @@ class Estimate(Shown):
         if uneven is None:
             return None
         friction = Summary.of_distribution(self._force_of(uneven.coefficient), self.friction_unit)
-        return {"probability": uneven.probability, "faster": uneven.faster, "friction": friction.to_dict()}
+        return {
+            "probability": uneven.probability,
+            "faster": uneven.faster,
+            "friction": friction.to_dict(),
+            "losses": dict(uneven.losses),
+        }
 
     def _filter_summary(self) -> dict[str, Any] | None:
         behind = self.fit.filter

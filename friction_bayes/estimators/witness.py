@@ -16,8 +16,6 @@ __all__ = ["AnswerPart", "Witness", "answer_parts", "not_negative"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
-_MOST_OF_DAMPED = 0.5
-"""Largest share of friction with damping: laws between that and dry friction leave what lies between."""
 _NEGATIVE = 1e-4
 """Probability of a negative friction below which the cut at zero changes nothing that is printed."""
 
@@ -56,20 +54,22 @@ class AnswerPart(NamedTuple):
     coefficient: Any
 
 
-def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) -> list[AnswerPart]:
+def answer_parts(posterior: Any, witness: Witness | None, uneven: UnevenLoss | None) -> list[AnswerPart]:
     """The posterior with a witness, and friction under an uneven loss by the probability of that.
 
     A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
-    wide as the witness. Friction under an uneven loss has the probability of that, half at most, unless this
-    is sure and the witness is of it.
+    wide as the witness. Friction under an uneven loss that the amplitudes alone show has the probability of
+    that, unless this is sure and the witness is of it.
 
     Parameters
     ----------
     posterior : Mixture or frozen Student t
         Of the friction coefficient.
-    witness : Witness
+    witness : Witness or None
     uneven : UnevenLoss or None
     """
+    if witness is None:
+        return [AnswerPart(1.0, posterior)]
     if not witness.agrees:
         found = [AnswerPart(0.5, posterior), AnswerPart(0.5, witness.coefficient)]
     elif witness.bounds:
@@ -77,11 +77,10 @@ def answer_parts(posterior: Any, witness: Witness, uneven: UnevenLoss | None) ->
         found = [AnswerPart(1.0, Mixture.of_student(posterior).widened(wider))]
     else:
         found = [AnswerPart(1.0, posterior)]
-    if uneven is None or uneven.sure or uneven.probability < SLIGHT:
+    if uneven is None or uneven.losses or uneven.sure or uneven.probability < SLIGHT:
         return found
-    damped = min(uneven.probability, _MOST_OF_DAMPED)
-    found = [AnswerPart((1.0 - damped) * share, each) for share, each in found]
-    return [*found, AnswerPart(damped, uneven.coefficient)]
+    found = [AnswerPart((1.0 - uneven.probability) * share, each) for share, each in found]
+    return [*found, AnswerPart(uneven.probability, uneven.coefficient)]
 
 
 def not_negative(known: Sequence[AnswerPart]) -> Any:

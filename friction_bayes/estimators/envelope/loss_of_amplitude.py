@@ -17,6 +17,7 @@ more.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -94,11 +95,15 @@ class UnevenLoss(NamedTuple):
         Whether faster is more probable than slower, as under viscous damping.
     coefficient : Mixture
         Friction coefficient of the signal if they do: of small swings.
+    losses : dict
+        Probability of each other loss than by dry friction, by its name, if the whole signal says so: then
+        the posterior has them. Empty where the amplitudes alone are evidence.
     """
 
     probability: float
     faster: bool
     coefficient: Mixture
+    losses: Mapping[str, float] = MappingProxyType({})
 
     @property
     def sure(self) -> bool:

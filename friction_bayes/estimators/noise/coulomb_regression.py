@@ -18,13 +18,13 @@ Priors, of the scale of this record: friction ``F`` as fitted under white noise 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, likely_filters
 from friction_bayes.estimators.noise.free_corners import (
@@ -32,6 +32,7 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
+from friction_bayes.estimators.noise.other_losses import LOSSES, loss_columns, loss_sets
 from friction_bayes.estimators.noise.recording_filters import (
     RecordingFilter,
     Through,
@@ -52,7 +53,7 @@ from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, 
 from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["CORNER", "DAMPING", "DRIFT", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
+__all__ = ["CORNER", "DRIFT", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
 
 _CENTRE = 0.3
 """Median of the random force's sd over the friction that explains the loss of amplitude."""
@@ -64,8 +65,8 @@ LEAST_SAMPLES = 12
 Of 300 records of 12 to 62 samples in white noise 272 were covered. With the amplitudes alone in place of the
 accounts 195 of the 200 longer ones, and 73 intervals were more than twice as wide as under white noise.
 """
-DAMPING, DRIFT = "damping_", "drift_"
-"""Prefixes of the names of the columns of viscous damping, and of a drift of the sensor's zero."""
+DRIFT = "drift"
+"""Name of the column of a drift of the sensor's zero."""
 _DRIFT_SHARE, _DRIFTS = 0.1, 0.1
 """Prior sd of such a drift over the amplitude, as that of the rest position, and its probability."""
 CORNER = "corner_"
@@ -147,6 +148,22 @@ class PlainDecay:
         )
 
 
+class _Added(NamedTuple):
+    """Columns that are added to a law: names, as the sensor reads them, their states, prior sds and signs."""
+
+    names: tuple[str, ...]
+    sensor: Array
+    states: Array
+    scale: Array
+    positive: Mask
+
+    @classmethod
+    def shown(cls, names: tuple[str, ...], sensor: Array, scale: float | Array) -> _Added:
+        """Columns of the recording, shape (n, k), of either sign, which do not affect the motion."""
+        n, k = sensor.shape
+        return cls(names, sensor, np.zeros((n, 2, k)), np.full(k, scale), np.zeros(k, np.bool_))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Laid:
     """A regression along a path, of a derivative of some order, in natural units of a frequency [rad/s]."""
@@ -164,9 +181,8 @@ class Laid:
         return self.frequency**self.order
 
     def with_variance(self, variance: Array) -> Laid:
-        """The same with samples left out where a relative variance, shape (n,), is infinite."""
-        own = self.regression.clock
-        clock = replace(own, variance=np.where(np.isfinite(variance), own.variance, np.inf))
+        """The same with relative variances of the samples, shape (n,), infinite where one is left out."""
+        clock = replace(self.regression.clock, variance=variance)
         return replace(self, regression=replace(self.regression, clock=clock))
 
     def with_noise(self, least: float, colour: Autoregression | None = None) -> Laid:
@@ -193,35 +209,29 @@ class Laid:
         # friction jumps by its scale, at any place between two samples
         jump = float(regression.scale[regression.names.index("friction")]) / math.sqrt(12.0)
         scale = np.repeat([1.0, jump], [own.shape[1], jumps.shape[1]])
-        extra = scale.size
         inside = np.full(n, np.inf)
         left_out = margin(filter_.angle)
         inside[left_out : n - left_out] = 1.0
-        filtered = replace(
-            regression,
-            names=(*regression.names, *(["filter"] * extra)),
-            columns=np.hstack([shown[:, :-1], own, jumps]),
-            target=signal - shown[:, -1],
-            states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
-            scale=np.append(regression.scale, scale),
-            positive=np.append(regression.positive, np.zeros(extra, np.bool_)),
-            sets=np.hstack([regression.sets, np.ones((len(regression.sets), extra), np.bool_)]),
+        filtered = replace(regression, columns=shown[:, :-1], target=signal - shown[:, -1])
+        added = _Added.shown(("filter",) * scale.size, np.hstack([own, jumps]), scale)
+        return (
+            replace(self, regression=filtered, filter=filter_)
+            ._with(added)
+            .with_variance(np.maximum(regression.clock.variance, inside))
         )
-        return replace(self, regression=filtered, filter=filter_).with_variance(inside)
 
-    def with_damping(self, friction: float, prior: Mapping[float, float]) -> Laid:
-        """The same without viscous damping, and with it in turn at each sd of a prior; natural units.
+    def with_losses(self, friction: float, *, at_least_one: bool = False) -> Laid:
+        """The same under each set of other losses than by dry friction, none of them first unless one acts.
 
-        For a displacement ``r/k``. The prior has sds of the share that damping takes of the loss, with their
-        probabilities.
+        Natural units; for a displacement ``r/k`` that would explain the whole loss.
         """
-        path = self.path
-        states = force_response(path, -path.node_v[:, None])
-        column = at_sensor(states, self.regression.row, -path.v[:, None])
-        if self.filter is not None:
-            column = Through(column)(self.filter)
-        whole = 4.0 * friction / (math.pi * float(np.mean(np.hypot(path.x, path.v))))
-        return self._with_one_more(DAMPING, column, states, {whole * sd: p for sd, p in prior.items()})
+        added = loss_columns(self.path, self.regression.row, friction)
+        shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
+        sets, log_prior = loss_sets()
+        some = slice(1 if at_least_one else 0, None)
+        return self._with(
+            _Added(added.names, shown, added.states, added.scale, added.positive), sets[some], log_prior[some]
+        )
 
     def with_drift(self) -> Laid:
         """The same without a drift of the sensor's zero along a line, and with one, by its change at the end.
@@ -231,23 +241,26 @@ class Laid:
         phase = self.regression.clock.phase
         column = (phase - 0.5 * (phase[0] + phase[-1])) / (phase[-1] - phase[0])
         sd = _DRIFT_SHARE * float(np.max(np.hypot(self.path.x, self.path.v)))
-        return self._with_one_more(DRIFT, column[:, None], np.zeros((phase.size, 2, 1)), {sd: _DRIFTS})
+        sets = np.array([[False], [True]])
+        return self._with(_Added.shown((DRIFT,), column[:, None], sd), sets, np.log([1.0 - _DRIFTS, _DRIFTS]))
 
-    def _with_one_more(self, name: str, column: Array, states: Array, prior: Mapping[float, float]) -> Laid:
-        """The same without a column, and with it in turn at each prior sd, of these probabilities."""
-        regression, sizes = self.regression, len(prior)
-        one_of = np.vstack([np.zeros(sizes, np.bool_), np.eye(sizes, dtype=np.bool_)])
+    def _with(self, added: _Added, sets: Mask | None = None, log_prior: Array | None = None) -> Laid:
+        """The same with more columns: in every set, or in turn in those of ``sets``, shape (m, k)."""
+        regression = self.regression
+        if sets is None or log_prior is None:
+            sets, log_prior = np.ones((1, len(added.names)), np.bool_), np.zeros(1)
+        times = len(regression.sets)
         return replace(
             self,
             regression=replace(
                 regression,
-                names=(*regression.names, *(f"{name}{j}" for j in range(sizes))),
-                columns=np.hstack([regression.columns, *[column] * sizes]),
-                states=np.concatenate([regression.states, *[states] * sizes], axis=2),
-                scale=np.append(regression.scale, list(prior)),
-                positive=np.append(regression.positive, np.zeros(sizes, np.bool_)),
-                sets=np.hstack([np.repeat(regression.sets, sizes + 1, axis=0), one_of]),
-                log_prior=np.log([1.0 - sum(prior.values()), *prior.values()]),
+                names=(*regression.names, *added.names),
+                columns=np.hstack([regression.columns, added.sensor]),
+                states=np.concatenate([regression.states, added.states], axis=2),
+                scale=np.append(regression.scale, added.scale),
+                positive=np.append(regression.positive, added.positive),
+                sets=np.hstack([np.repeat(regression.sets, len(sets), axis=0), np.tile(sets, (times, 1))]),
+                log_prior=np.add.outer(regression.log_prior, log_prior).ravel(),
             ),
         )
 
@@ -256,30 +269,24 @@ class Laid:
         """Whether corners may have any shape."""
         return self.regression.names[-1].startswith(CORNER)
 
+    @property
+    def kind(self) -> str:
+        """Of the law: with corners of any shape, with other losses than by dry friction, or neither."""
+        if self.has_free_corners:
+            return "free corners"
+        return "other losses" if self.regression.names[-1] in LOSSES else "dry friction"
+
     def with_free_corners(self, friction: float) -> Laid:
         """The same with corners of any shape, for a displacement ``r/k``; natural units."""
         path, regression = self.path, self.regression
         columns, scale = corner_columns(path), corner_scale(path, self.order, friction)
-        extra = scale.size
-        names = tuple(f"{CORNER}{j}" for j in range(extra))
         clock = regression.clock
         if self.order == 2:
             jump = (friction / regression.motion.noise) ** 2 * near_corners(path)
             clock = replace(clock, variance=clock.variance + jump)
-        n = clock.phase.size
-        return replace(
-            self,
-            regression=replace(
-                regression,
-                clock=clock,
-                names=(*regression.names, *names),
-                columns=np.hstack([regression.columns, columns]),
-                states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
-                scale=np.append(regression.scale, scale),
-                positive=np.zeros(len(regression.names) + extra, np.bool_),
-                sets=np.ones((1, len(regression.names) + extra), np.bool_),
-            ),
-        )
+        names = tuple(f"{CORNER}{j}" for j in range(scale.size))
+        laid = replace(self, regression=replace(regression, clock=clock))
+        return laid._with(_Added.shown(names, columns, scale))
 
 
 class PreparedDecay:
@@ -333,11 +340,11 @@ class PreparedDecay:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
 
-    def weighed(self, laid: Laid) -> tuple[float, Posterior]:
-        """Probability of what was added to a law last, and the posterior with it, both without a force."""
+    def weighed(self, laid: Laid, name: str) -> tuple[float, Posterior]:
+        """Probability of the sets with a column, and the posterior given these, both without a force."""
         found = integrate_force(Problem.of(laid.regression), self.prior.without_force)
-        added = np.arange(len(laid.regression.sets))[None] > 0
-        return float(found.weight[added].sum()), found.among(added)
+        having = laid.regression.sets[None, :, laid.regression.names.index(name)]
+        return float(found.weight[having].sum()), found.among(having)
 
     def filters_along(self, laid: Laid, *, only: str | None = None) -> FoundFilters:
         """Filters, or only those of one kind, that the samples may have gone through."""
@@ -380,8 +387,13 @@ class PreparedDecay:
 
     def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
-        regression = laid.behind(filter_, self.natural(laid)).regression
-        law = integrate_force(Problem.of(regression), self.prior.without_force).best_law()
+        behind = laid.behind(filter_, self.natural(laid))
+        law = integrate_force(Problem.of(behind.regression), self.prior.without_force).best_law()
+        return self.along_law(behind, law)
+
+    def along_law(self, laid: Laid, law: Array) -> Laid:
+        """Regression along the motion under a law of these coefficients, shape (p,), without a force."""
+        regression = laid.regression
         motion, change = regression.motion, frequency_change(law[regression.stiffness])
         states = motion.states.copy()
         states[:, :2] = regression.states @ law + regression.known_states

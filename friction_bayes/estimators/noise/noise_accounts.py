@@ -3,15 +3,16 @@ r"""Accounts of the residual of a decay: white noise, coloured noise, a random f
 White noise, coloured noise, white noise with a random force and coloured noise with one are evaluated on the
 same samples. Without a force the columns of the law go along the trajectory that was fitted, so that the
 regression is the expansion of that very fit; with one along the motion smoothed under it, or along the
-trajectory too where that explains the record better, as for a slight force.
+trajectory too where that explains the record better, as for a slight force. A law with other losses than by
+dry friction goes along its own motion, and has no force.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +25,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.noise.coulomb_regression import (
     CORNER,
-    DAMPING,
     LEAST_SAMPLES,
     Laid,
     PlainDecay,
@@ -33,6 +33,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
+from friction_bayes.estimators.noise.other_losses import DRIFTING, LOSSES
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.statespace.coloured_noise import Autoregression
@@ -58,6 +59,12 @@ _SHIFTS_PATH = 0.05
 it: a less probable force hardly moves the turning points. In coloured noise it may be as probable along its
 own motion alone."""
 
+_SOME_LOSS = "another loss than by dry friction"
+_MOST_MOTIONS = 4
+"""Of a law with other losses, each along the motion under the one before."""
+_SAME = 0.1
+"""Log evidence by which a further one changes nothing."""
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseAccount:
@@ -71,6 +78,8 @@ class NoiseAccount:
         Whether white noise represents noise that is weaker far above the motion's frequency.
     free_corners : bool
         Whether the corners of the motion may have any shape.
+    losses : dict
+        Probability of each other loss than by dry friction, by its name; empty where there is none.
     filter : RecordingFilter or None
         Behind which the sensor shows the motion; the coefficient is that of the motion before it.
     unlisted : float or None
@@ -111,6 +120,16 @@ class NoiseAccount:
         return self._part.laid.has_free_corners
 
     @property
+    def losses(self) -> dict[str, float]:
+        return self._part.losses
+
+    @property
+    def loses_faster(self) -> bool:
+        """Whether other losses make the amplitude fall faster while it is larger, rather than slower."""
+        law, names = self._part.posterior.best_law(), self._part.laid.regression.names
+        return all(size >= 0.0 or name != DRIFTING for size, name in zip(-law, names, strict=True))
+
+    @property
     def filter(self) -> RecordingFilter | None:
         return self._part.laid.filter
 
@@ -133,6 +152,9 @@ class NoiseAccount:
         if self.weaker_above:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
+        words += [name for name, share in self.losses.items() if share > 0.5] or bool(self.losses) * [
+            _SOME_LOSS
+        ]
         words += ["corners of any shape"] if self.free_corners else []
         if self.unlisted is not None:
             words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
@@ -142,7 +164,9 @@ class NoiseAccount:
 
     @cached_property
     def _posterior(self) -> Posterior:
-        return over_noise(self._part.apart, self._part.posterior, self._part.prior)
+        part = self._part
+        # of several sets the noise is taken as found
+        return part.posterior if part.losses else over_noise(part.apart, part.posterior, part.prior)
 
     @cached_property
     def _stiffness(self) -> Mixture:
@@ -164,7 +188,7 @@ class NoiseAccount:
 
     @cached_property
     def coefficient(self) -> Mixture:
-        return self._posterior.coefficient("friction").scaled(self._unit)
+        return self._posterior.coefficient("friction").scaled(self._unit).widened(self._part.fewer)
 
     @cached_property
     def noise_sd(self) -> float:
@@ -189,26 +213,24 @@ class NoiseAccount:
         innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
         return whiteness(innovations[regression.clock.used])
 
-    def damped(self, prior: Mapping[float, float]) -> tuple[float, float, Mixture]:
-        """Viscous damping by the whole signal: its probability, its mean, and friction coefficient with it.
+    def targets(self, force_factor: float) -> list[tuple[float, Callable[[], Target]]]:
+        """The same posterior for a sampler, a set of columns each, with the share of that.
 
-        Of an account without a force. The prior is that of :meth:`Laid.with_damping`; natural units.
+        Given the factor from ``coefficient`` to force; sets that count for nothing are omitted.
         """
-        laid = self._part.laid.with_damping(self._prepared.friction, prior)
-        probability, given = self._prepared.weighed(laid)
-        names = [name for name in laid.regression.names if name.startswith(DAMPING)]
-        mean = sum(given.coefficient(name).mean() for name in names)
-        friction = given.coefficient("friction").scaled(self._unit)
-        return probability, mean, friction
+        shares = self._part.share_of_sets
+        counts = shares * self.probability >= SLIGHT
+        counts[np.argmax(shares)] = True
+        return [
+            (float(shares[row]), partial(self._target, force_factor, row)) for row in np.flatnonzero(counts)
+        ]
 
-    def target(self, force_factor: float) -> Target:
-        """The same posterior for a sampler, given the factor from ``coefficient`` to force."""
+    def _target(self, force_factor: float, row: int) -> Target:
         laid, problem = self._part.laid, self._part.apart
-        names = [laid.regression.names[j] for j in problem.shared]
-        friction, stiffness = (
-            names.index("friction"),
-            names.index(laid.regression.names[laid.regression.stiffness]),
-        )
+        if self._part.losses:
+            problem = Problem.of(laid.regression.of_columns(laid.regression.sets[row]))
+        names = [problem.names[j] for j in problem.shared]
+        friction, stiffness = names.index("friction"), names.index("stiffness")
         unit, noise_unit, forced = self._unit, self._noise_unit, self.forced
 
         def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
@@ -254,6 +276,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
             fit = fit.with_variance(variance)
             shapes = _under_white_noise(prepared, fit)
         shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
+    shapes = [_along_own_motion(prepared, shape) if shape.still.losses else shape for shape in shapes]
     evaluated = _evaluate(prepared, shapes)
     found = [_Found(part, share) for part, share in evaluated]
     if not _white_noise_explains(evaluated):
@@ -343,13 +366,16 @@ def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: in
     little: the odds are the same, and its accounts there stand for all of these.
     """
     behind = prepared.behind(kind, laid)[:sizes]
-    shapes = [_Shape([each], _without_force(prepared, each)) for _, each in behind]
+    shapes = [
+        [_Shape([laid], _without_force(prepared, laid)) for laid in (each, _with_losses(prepared, each))]
+        for _, each in behind
+    ]
     # one sensor has one, and its estimate varies more than filters of a kind differ
-    floor = float(np.median([shape.still.noise_floor for shape in shapes]))
+    floor = float(np.median([min(shape.still.noise_floor for shape in each) for each in shapes]))
     found: list[_Found] = []
     log_odds, left = None, sum(share for share, _ in behind)
-    for (share, _), shape in zip(behind, shapes, strict=True):
-        parts = _under_floor(prepared, [shape], floor, forces=log_odds is None)
+    for (share, _), each in zip(behind, shapes, strict=True):
+        parts = _under_floor(prepared, each, floor, forces=log_odds is None)
         log_none = logsumexp([part.log_evidence for part in parts if not part.has_force])
         of_force = share
         if log_odds is None:
@@ -364,7 +390,7 @@ def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: in
             _Found(part, log_kind + math.log(of_force if part.has_force else share) + part.log_evidence)
             for part in parts
         ]
-        filter_ = shape.still.laid.filter
+        filter_ = each[0].still.laid.filter
         if not found and kind.unlisted and filter_ is not None:
             found += _with_gains(listed, kind.unlisted, filter_.gain, kind.log_evidence + math.log(share))
         found += listed
@@ -401,38 +427,69 @@ def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool
     Then no filter is evaluated: it would have coloured the noise or removed the corners.
     """
     law, any_shape = (
-        sum(share for part, share in evaluated if part.of_white_noise and part.kind == (free, False))
+        sum(
+            share
+            for part, share in evaluated
+            if part.of_white_noise and not part.has_force and part.laid.has_free_corners == free
+        )
         for free in (False, True)
     )
     return (law + any_shape if law >= any_shape else law) >= 1.0 - SLIGHT
 
 
 def _shapes(prepared: PreparedDecay, laid: Laid) -> list[Laid]:
-    """The law along a path with corners as dry friction makes them, and with those of any shape."""
+    """The law along a path with corners as dry friction makes them, with those of any shape, other losses."""
     free = laid.with_free_corners(prepared.friction)
-    return [laid, free] if free.has_free_corners else [laid]
+    return [laid, *([free] if free.has_free_corners else []), _with_losses(prepared, laid)]
+
+
+def _with_losses(prepared: PreparedDecay, laid: Laid) -> Laid:
+    """The law with one other loss at least than by dry friction."""
+    return laid.with_losses(prepared.friction, at_least_one=True)
 
 
 def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:
     """Accounts of white noise as it is along the fit, without a force and with one."""
     found = [_Shape([laid], _without_force(prepared, laid)) for laid in _shapes(prepared, fit)]
-    probable = _probable([shape.still for shape in found])
     return [
         shape._replace(forced=_with_force(prepared, _quiet(shape), shape.still)) if likely else shape
-        for shape, likely in zip(found, probable, strict=True)
+        for shape, likely in zip(found, _may_be_forced([shape.still for shape in found]), strict=True)
     ]
 
 
 def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) -> list[_Shape]:
-    """The same accounts with a force along another path too; those along the fit are what they were."""
+    """The same accounts along another path too: with a force, and with other losses.
+
+    Those of dry friction alone are what they were along the fit.
+    """
     found = []
-    for shape, other in zip(shapes, (laid, laid.with_free_corners(prepared.friction)), strict=False):
-        paths, forced = [*shape.paths, other], shape.forced
+    others = {each.kind: each for each in _shapes(prepared, laid)}
+    for shape in shapes:
+        other = others.get(shape.still.laid.kind)
+        if other is None:
+            found.append(shape)
+            continue
+        still, forced = shape.still, shape.forced
+        if still.losses:
+            still = _best([still, still.along(other)])
         if forced is not None:
-            there = _with_force(prepared, _quiet(shape._replace(paths=[other])), shape.still)
+            there = _with_force(prepared, _quiet(shape._replace(paths=[other])), still)
             forced = _best([forced, there])
-        found.append(_Shape(paths, shape.still, forced))
+        found.append(_Shape([*shape.paths, other], still, forced))
     return found
+
+
+def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
+    """The account of a law along the motion under that law, until this stays, on the same samples."""
+    best = shape.still
+    variance = best.laid.regression.clock.variance
+    for _ in range(_MOST_MOTIONS):
+        path = prepared.along_law(best.laid, best.posterior.best_law()).with_variance(variance)
+        latest = best.along(_with_losses(prepared, path))
+        if latest.log_evidence < best.log_evidence + _SAME:
+            break
+        best = latest
+    return _Shape([*shape.paths, best.laid], best)
 
 
 def _quiet(shape: _Shape) -> list[Laid]:
@@ -473,10 +530,10 @@ def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
     return list(softmax([part.log_evidence for part in parts]).tolist())
 
 
-def _probable(parts: Sequence[_Evaluated]) -> list[bool]:
-    """Which are not improbable next to the best."""
-    least = max(part.log_evidence for part in parts) + math.log(SLIGHT)
-    return [part.log_evidence > least for part in parts]
+def _may_be_forced(parts: Sequence[_Evaluated]) -> list[bool]:
+    """Which are not improbable next to the best without other losses: with these there is no force."""
+    least = max(part.log_evidence for part in parts if not part.losses) + math.log(SLIGHT)
+    return [not part.losses and part.log_evidence > least for part in parts]
 
 
 def _without_force(prepared: PreparedDecay, laid: Laid) -> _Evaluated:
@@ -508,7 +565,7 @@ def _under_floor(
         stills.append(_above(still.along(still.laid.with_noise(floor)), [still.laid], floor))
     best = [_best(still) for still in stills]
     parts = []
-    for shape, own, part, likely in zip(shapes, stills, best, _probable(best), strict=True):
+    for shape, own, part, likely in zip(shapes, stills, best, _may_be_forced(best), strict=True):
         forced: list[_Evaluated] = []
         if likely and forces:
             force = _with_force(prepared, [laid.with_noise(floor) for laid in shape.paths], part)
@@ -580,9 +637,33 @@ class _Evaluated:
         return self.laid.regression.clock.autoregression is None and not self.weaker_above
 
     @property
-    def kind(self) -> tuple[bool, bool]:
-        """Whether corners may have any shape, and whether there is a random force."""
-        return self.laid.has_free_corners, self.has_force
+    def kind(self) -> tuple[str, bool]:
+        """Of the law, and whether there is a random force."""
+        return self.laid.kind, self.has_force
+
+    @cached_property
+    def share_of_sets(self) -> Array:
+        """Probability of each set of columns, shape (m,)."""
+        return np.asarray(self.posterior.weight.sum(axis=0))
+
+    @cached_property
+    def losses(self) -> dict[str, float]:
+        """Probability of each other loss than by dry friction, by its name; empty where the law has none."""
+        names, sets = np.array(self.laid.regression.names), self.laid.regression.sets
+        return {
+            name: float(self.share_of_sets[sets[:, names == name].any(axis=1)].sum())
+            for name in LOSSES
+            if name in names
+        }
+
+    @property
+    def fewer(self) -> float:
+        """Factor on a width that does not count what the samples determine, see :func:`over_noise`."""
+        if not self.losses:
+            return 1.0
+        regression = self.laid.regression
+        samples = int(np.count_nonzero(regression.clock.used))
+        return math.sqrt(samples / max(samples - int(regression.sets[0].sum()), 1))
 
     @property
     def noise_floor(self) -> float:

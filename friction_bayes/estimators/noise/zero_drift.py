@@ -22,9 +22,9 @@ def zero_drift(decay: PlainDecay) -> float:
     prepared = PreparedDecay(decay)
     if prepared.signal.size < LEAST_SAMPLES:
         return 0.0
-    laid = prepared.along_fit().with_drift()
-    probability, given = prepared.weighed(laid)
+    laid = prepared.along_fit().with_losses(prepared.friction).with_drift()
+    probability, given = prepared.weighed(laid, DRIFT)
     if probability < 0.5:
         return 0.0
-    change = given.coefficient(f"{DRIFT}0").mean() * laid.unit
+    change = given.coefficient(DRIFT).mean() * laid.unit
     return change / float(prepared.time[-1] - prepared.time[0])

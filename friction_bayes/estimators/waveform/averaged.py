@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from friction_bayes.decay.sensor_calibration import force_factor, swing_frequenc
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, PosteriorPart, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
-    UNEVEN_PRIOR,
     UnevenLoss,
     loss_of_amplitude,
     uneven_loss,
@@ -129,12 +127,15 @@ def _witness_of(
 
     Where the loss is surely uneven, friction is what that leaves to it, and disagrees with a fit of dry
     friction alone. What lies between the two is what other laws leave to it: drag in proportion to the square
-    of the velocity, and friction that changes with time.
+    of the velocity, and friction that changes with time. Where the whole signal says which of them, the
+    amplitudes alone say nothing more.
 
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
+    if uneven is not None and uneven.losses and uneven.probability > 0.5:
+        return None
     if uneven is not None and uneven.sure:
         return Witness(uneven.coefficient, agrees=False, bounds=False)
     lost = loss_of_amplitude(decay)
@@ -150,11 +151,19 @@ def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
     return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
 
 
-def _damped(accounts: Sequence[NoiseAccount]) -> UnevenLoss:
-    """An uneven loss by the whole signal, which shows friction itself too, by its corners."""
-    best = max((each for each in accounts if each.of_known_noise), key=lambda each: each.probability)
-    probability, damping, coefficient = best.damped(UNEVEN_PRIOR)
-    return UnevenLoss(probability, damping > 0.0, coefficient)
+def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
+    """Other losses than by dry friction as the accounts of known noise have them; None without any."""
+    known = [each for each in accounts if each.of_known_noise]
+    having = [each for each in known if each.losses and each.probability > 0.0]
+    share = _probabilities(having)
+    if not having:
+        return None
+    probability = float(share.sum() / _probabilities(known).sum())
+    share /= share.sum()
+    losses = {name: float(share @ [each.losses[name] for each in having]) for name in having[0].losses}
+    best = max(having, key=lambda each: each.probability)
+    coefficient = Mixture.of([each.coefficient for each in having], share)
+    return UnevenLoss(probability, best.loses_faster, coefficient, losses)
 
 
 def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
@@ -178,8 +187,8 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     accounts, uneven = noise_accounts(_plain(decay, fit)), uneven_loss(decay)
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
-        if _noise_is_known(accounts) and not uneven.sure:
-            uneven = _damped(accounts)
+    if _noise_is_known(accounts):
+        uneven = _by_accounts(accounts) or uneven
     fit = replace(fit, uneven_loss=uneven)
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
@@ -258,7 +267,8 @@ def _with_its_zero(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tupl
 
 def _explained(fit: Fit) -> bool:
     """Whether white noise or a filter explains what the law leaves, at the start too."""
-    return not fit.accounts or fit.accounts[0].probability >= 0.5 or fit.filter is not None
+    white = sum(each.probability for each in fit.accounts if each.of_known_noise and each.filter is None)
+    return not fit.accounts or white >= 0.5 or fit.filter is not None
 
 
 def _share_at_first(decay: FreeDecay, fit: Fit) -> float:
@@ -281,6 +291,9 @@ def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tupl
     for i, account in enumerate(accounts):
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
-            build = fit.build_target if own else partial(account.target, factor)
-            parts.append(PosteriorPart(account.name, account.probability, account.forced, build))
+            targets = [(1.0, fit.build_target)] if own else account.targets(factor)
+            parts += [
+                PosteriorPart(account.name, share * account.probability, account.forced, build)
+                for share, build in targets
+            ]
     return tuple(parts)
