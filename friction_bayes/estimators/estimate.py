@@ -24,11 +24,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import (
-    UNEVEN_PRIOR,
-    UnevenLoss,
-    uneven_loss,
-)
+from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR, uneven_loss
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
@@ -254,8 +250,6 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     uneven = fit.uneven_loss
     if uneven is None or uneven.probability < sum(UNEVEN_PRIOR.values()):
         return []
-    if uneven.losses:
-        return [_other_losses_note(decay, uneven)]
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
 
@@ -264,35 +258,28 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         return f"{interval(low, high, 3)} {unit} (90 %)"
 
     falls, (how, under, then) = "falls" if uneven.sure else "may fall", _FASTER if uneven.faster else _SLOWER
+    if uneven.losses:
+        likely = sorted(uneven.losses.items(), key=lambda loss: -loss[1])
+        named = [f"{name} ({percent(share)})" for name, share in likely if share >= SLIGHT]
+        under, then = f"as under {listed(named, 'or')}", "then"
     if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
         then += " there need be no dry friction"
     else:
         then += f" dry friction is {of(uneven.coefficient)}"
-    spans = "spans both" if uneven.sure else "reaches from the one towards the other by that probability"
-    reported = "this is reported" if fit.witness is None else f"the interval reported {spans}"
+    if uneven.losses:
+        reported = "and it is averaged over these and dry friction alone"
+    else:
+        spans = "spans both" if uneven.sure else "reaches from the one towards the other by that probability"
+        answer = "this is reported" if fit.witness is None else f"the interval reported {spans}"
+        reported = f"alone it would have to be {of(fit.coefficient)}, and {answer}"
     text = (
         f"{decay.name}: the amplitude {falls} {how} while it is larger (probability "
-        f"{number(uneven.probability, 3)}), {under}: {then}, "
-        f"alone it would have to be {of(fit.coefficient)}, "
-        f"and {reported}; closing the loop (close-loop) separates them"
+        f"{number(uneven.probability, 3)}), {under}: {then}, {reported}; closing the loop (close-loop) "
+        "separates them"
     )
     if uneven.sure:
         warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
-
-
-def _other_losses_note(decay: FreeDecay, uneven: UnevenLoss) -> str:
-    """Note of other losses that the posterior of friction has; a warning where there need be no friction."""
-    likely = sorted(uneven.losses.items(), key=lambda item: -item[1])
-    named = [f"{name} ({percent(share)})" for name, share in likely if share >= SLIGHT]
-    text = (
-        f"{decay.name}: not dry friction alone takes the amplitude (probability {percent(uneven.probability)}): "
-        f"so would {listed(named, 'or')}; friction is averaged over these by their probabilities"
-    )
-    if uneven.probability > 0.5 and float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
-        text += ", and there need be none; closing the loop (close-loop) compares more effects"
-        warnings.warn(text, RecordWarning, stacklevel=4)
-    return text
 
 
 def _provenance(record: xr.DataArray) -> list[str]:

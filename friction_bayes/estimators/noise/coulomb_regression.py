@@ -32,7 +32,7 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.other_losses import LOSSES, loss_columns, loss_sets
+from friction_bayes.estimators.noise.other_losses import LOSSES, SHAPES, loss_columns, loss_sets
 from friction_bayes.estimators.noise.recording_filters import (
     RecordingFilter,
     Through,
@@ -220,12 +220,15 @@ class Laid:
             .with_variance(np.maximum(regression.clock.variance, inside))
         )
 
-    def with_losses(self, friction: float, *, at_least_one: bool = False) -> Laid:
+    def with_losses(
+        self, friction: float, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False
+    ) -> Laid:
         """The same under each set of other losses than by dry friction, none of them first unless one acts.
 
-        Natural units; for a displacement ``r/k`` that would explain the whole loss.
+        Natural units; for a displacement ``r/k`` that would explain the whole loss, and shapes as
+        :data:`.other_losses.SHAPES` has them.
         """
-        added = loss_columns(self.path, self.regression.row, friction)
+        added = loss_columns(self.path, self.regression.row, friction, shapes)
         shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
         sets, log_prior = loss_sets()
         some = slice(1 if at_least_one else 0, None)
@@ -391,12 +394,15 @@ class PreparedDecay:
         law = integrate_force(Problem.of(behind.regression), self.prior.without_force).best_law()
         return self.along_law(behind, law)
 
-    def along_law(self, laid: Laid, law: Array) -> Laid:
-        """Regression along the motion under a law of these coefficients, shape (p,), without a force."""
+    def along_law(self, laid: Laid, law: Array, share: float = 1.0) -> Laid:
+        """Regression along the motion under a law of these coefficients, shape (p,), without a force.
+
+        Or along one a ``share`` of the way to it.
+        """
         regression = laid.regression
         motion, change = regression.motion, frequency_change(law[regression.stiffness])
         states = motion.states.copy()
-        states[:, :2] = regression.states @ law + regression.known_states
+        states[:, :2] += share * (regression.states @ law + regression.known_states - states[:, :2])
         return self._along(replace(motion, states=states).at_frequency(change), laid.frequency * change)
 
     def along_smoothed(self) -> Laid:

@@ -33,7 +33,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
-from friction_bayes.estimators.noise.other_losses import DRIFTING, LOSSES
+from friction_bayes.estimators.noise.other_losses import DRIFTING, LOSSES, SHAPES, finer_shapes
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.statespace.coloured_noise import Autoregression
@@ -60,7 +60,7 @@ it: a less probable force hardly moves the turning points. In coloured noise it 
 own motion alone."""
 
 _SOME_LOSS = "another loss than by dry friction"
-_MOST_MOTIONS = 4
+_MOST_MOTIONS = 12
 """Of a law with other losses, each along the motion under the one before."""
 _SAME = 0.1
 """Log evidence by which a further one changes nothing."""
@@ -222,7 +222,8 @@ class NoiseAccount:
         counts = shares * self.probability >= SLIGHT
         counts[np.argmax(shares)] = True
         return [
-            (float(shares[row]), partial(self._target, force_factor, row)) for row in np.flatnonzero(counts)
+            (float(shares[row]), partial(self._target, force_factor, row))
+            for row in np.flatnonzero(counts).tolist()
         ]
 
     def _target(self, force_factor: float, row: int) -> Target:
@@ -443,9 +444,9 @@ def _shapes(prepared: PreparedDecay, laid: Laid) -> list[Laid]:
     return [laid, *([free] if free.has_free_corners else []), _with_losses(prepared, laid)]
 
 
-def _with_losses(prepared: PreparedDecay, laid: Laid) -> Laid:
+def _with_losses(prepared: PreparedDecay, laid: Laid, shapes: tuple[float, ...] = SHAPES) -> Laid:
     """The law with one other loss at least than by dry friction."""
-    return laid.with_losses(prepared.friction, at_least_one=True)
+    return laid.with_losses(prepared.friction, shapes, at_least_one=True)
 
 
 def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:
@@ -480,15 +481,20 @@ def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) ->
 
 
 def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
-    """The account of a law along the motion under that law, until this stays, on the same samples."""
-    best = shape.still
-    variance = best.laid.regression.clock.variance
+    """The account of a law along the motion under that law, until this stays, on the same samples.
+
+    Forces that are taken as given along one motion overshoot in the next: each is halfway.
+    """
+    best = latest = shape.still
+    shapes, variance = SHAPES, best.laid.regression.clock.variance
     for _ in range(_MOST_MOTIONS):
-        path = prepared.along_law(best.laid, best.posterior.best_law()).with_variance(variance)
-        latest = best.along(_with_losses(prepared, path))
-        if latest.log_evidence < best.log_evidence + _SAME:
+        before, law = latest, latest.posterior.best_law()
+        shapes = finer_shapes(law[[name in LOSSES for name in before.laid.regression.names]], shapes)
+        path = prepared.along_law(before.laid, law, 0.5).with_variance(variance)
+        latest = before.along(_with_losses(prepared, path, shapes))
+        best = _best([best, latest])
+        if abs(latest.log_evidence - before.log_evidence) < _SAME:
             break
-        best = latest
     return _Shape([*shape.paths, best.laid], best)
 
 

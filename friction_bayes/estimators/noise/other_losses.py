@@ -1,18 +1,22 @@
-r"""What takes energy beside constant dry friction: damping, drag, friction that changes with time.
+r"""What takes energy beside constant dry friction: damping, drag, friction that varies with time or speed.
 
 Each is a force along a path, whose response is a column of the law:
 
-.. math:: -c\,v, \qquad -c\,v|v|, \qquad -c\,(t/T - \tfrac12)\,\mathrm{sign}\,v
+.. math:: -c\,v, \qquad -c\,v|v|, \qquad -c\,(t/T - \tfrac12)\,\mathrm{sign}\,v, \qquad
+          -c\,e^{-(v/v_s)^2}\,\mathrm{sign}\,v, \qquad 2c\,e^{-s/s_0}\,\mathrm{sign}\,v
 
-A coefficient is measured by the share of the loss that it takes: of one that took all of it, friction being
-what dry friction alone would have to be. Damping and drag do not drive; friction may fall or grow, and its
-mean over the record is what is estimated.
+with ``s`` the distance from the last turning point, over which friction turns. A coefficient is measured by
+the share of the loss that it takes, friction being what dry friction alone would have to be, and of the last
+two by that friction. All of them resist, but friction may fall or grow with time, and its mean over the
+record is what is estimated. The last two are evaluated at a few speeds and lengths, each with the derivative
+in the logarithm of that as a second column.
 """
 
 from __future__ import annotations
 
 import math
-from itertools import product
+from functools import lru_cache
+from itertools import combinations, product
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -22,14 +26,38 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
-__all__ = ["DRIFTING", "LOSSES", "LossColumns", "loss_columns", "loss_sets"]
+__all__ = ["DRIFTING", "LOSSES", "SHAPES", "LossColumns", "finer_shapes", "loss_columns", "loss_sets"]
 
-LOSSES = DAMPING, DRAG, DRIFTING = "viscous damping", "quadratic drag", "friction that changes with time"
-"""In words."""
-_PROBABILITY = MappingProxyType({DAMPING: 0.15, DRAG: 0.05, DRIFTING: 0.05})
+DAMPING, DRAG, DRIFTING, STRIBECK, PRESLIDING = (
+    "viscous damping",
+    "quadratic drag",
+    "friction that changes with time",
+    "friction that is higher at low speed",
+    "a contact that springs before it slides",
+)
+_PROBABILITY = MappingProxyType({DAMPING: 0.15, DRAG: 0.05, DRIFTING: 0.05, STRIBECK: 0.05, PRESLIDING: 0.05})
 """Prior probability of each, whichever others there are: most machines are damped a little."""
+LOSSES = tuple(_PROBABILITY)
+"""In words."""
+_MOST_AT_ONCE = 2
 _SIZES = (1.0, 0.5, 0.25, 0.125)
 """Prior sds of the share of the loss that one of them takes, as probable as each other: few take much."""
+_SHAPES = MappingProxyType(
+    {
+        STRIBECK: {0.05: 0.26, 0.1: 0.35, 0.2: 0.26, 0.4: 0.13},
+        PRESLIDING: {0.005: 0.15, 0.01: 0.2, 0.02: 0.35, 0.04: 0.3},
+    }
+)
+"""Speeds and lengths over the largest of the motion, with their probabilities.
+
+Speeds are log-normal about a tenth, sd one; lengths half-normal of sd a fiftieth.
+"""
+SHAPES = tuple(value for values in _SHAPES.values() for value in values)
+"""Those speeds and lengths, one loss after the other."""
+_APART = 0.5 * math.log(2.0)
+"""Prior sd of the logarithm of one of these about its value."""
+_PLAIN = len(LOSSES) - len(_SHAPES)
+"""Losses without a shape, whose columns come first."""
 
 
 class LossColumns(NamedTuple):
@@ -56,7 +84,9 @@ class LossColumns(NamedTuple):
     positive: Mask
 
 
-def loss_columns(path: MeasuredPath, row: Array, friction: float) -> LossColumns:
+def loss_columns(
+    path: MeasuredPath, row: Array, friction: float, shapes: tuple[float, ...] = SHAPES
+) -> LossColumns:
     """Columns of the losses along a path.
 
     Parameters
@@ -67,39 +97,97 @@ def loss_columns(path: MeasuredPath, row: Array, friction: float) -> LossColumns
         With which the sensor reads the state.
     friction : float
         Displacement ``r/k`` that would explain the whole loss, natural units.
+    shapes : tuple of float
+        Speeds and lengths, as of :data:`SHAPES`.
     """
     middle, duration = 0.5 * (path.phase[0] + path.phase[-1]), path.phase[-1] - path.phase[0]
     power = path.x**2 + path.v**2
-    # friction takes 4 r/k A in a cycle, damping pi c A**2, drag 8/3 c A**3
-    whole = {
-        DAMPING: 4.0 * friction / (math.pi * float(np.mean(np.sqrt(power)))),
-        DRAG: 1.5 * friction / float(np.mean(power)),
-        DRIFTING: friction,
-    }
+    largest = math.sqrt(float(np.max(power)))
+    speeds, lengths = np.split(np.array(shapes), [len(_SHAPES[STRIBECK])])
 
     def forces(points: Points) -> Array:
-        when = (points.phase - middle) / duration
-        return -np.column_stack([points.v, points.v * np.abs(points.v), when * points.direction])
+        columns = [
+            points.v,
+            points.v * np.abs(points.v),
+            (points.phase - middle) / duration * points.direction,
+        ]
+        for speed in speeds:
+            square = (points.v / (speed * largest)) ** 2
+            higher = np.exp(-square) * points.direction
+            columns += [higher, 2.0 * square * higher]
+        slid = _slid(path, points)
+        for length in lengths:
+            lower = -2.0 * np.exp(-slid / (length * largest)) * points.direction
+            columns += [lower, slid / (length * largest) * lower]
+        return -np.column_stack(columns)
 
+    # friction takes 4 r/k A in a cycle, damping pi c A**2, drag 8/3 c A**3
+    damping, drag = 4.0 / (math.pi * float(np.mean(np.sqrt(power)))), 1.5 / float(np.mean(power))
+    scale = friction * np.array([damping, drag, 1.0, *[1.0, _APART] * len(shapes)])
+    names = (DAMPING, DRAG, DRIFTING, *[STRIBECK] * 2 * speeds.size, *[PRESLIDING] * 2 * lengths.size)
+    of_either_sign = np.array([False, False, True, *[False, True] * len(shapes)])
     states = force_response(path, forces(path.nodes))
     sensor, times = at_sensor(states, row, forces(path.samples)), len(_SIZES)
     return LossColumns(
-        names=tuple(name for name in whole for _ in _SIZES),
+        names=tuple(name for name in names for _ in _SIZES),
         sensor=np.repeat(sensor, times, axis=1),
         states=np.repeat(states, times, axis=2),
-        scale=np.outer(list(whole.values()), _SIZES).ravel(),
-        positive=np.repeat([name != DRIFTING for name in whole], times),
+        scale=np.outer(scale, _SIZES).ravel(),
+        positive=np.repeat(~of_either_sign, times),
     )
 
 
+@lru_cache
 def loss_sets() -> tuple[Mask, Array]:
     """Which of these columns act together, shape (m, k), and the logarithm of the prior odds, shape (m,).
 
-    None comes first, and has the odds one. Each loss has one prior sd at most.
+    None comes first, and has the odds one. Each loss has one prior sd, and one shape, at most.
     """
-    choices = list(product(range(len(_SIZES) + 1), repeat=len(_PROBABILITY)))
-    sizes = np.arange(1, len(_SIZES) + 1)
-    odds = [p / (1.0 - p) / len(_SIZES) for p in _PROBABILITY.values()]
-    sets = np.array([np.concatenate([sizes == each for each in choice]) for choice in choices])
-    logs = [sum(math.log(own) for own, each in zip(odds, choice, strict=True) if each) for choice in choices]
-    return sets, np.array(logs)
+    times, first = len(_SIZES), 0
+    choices: dict[str, list[tuple[list[int], float]]] = {}
+    for name, own in _PROBABILITY.items():
+        log_odds = math.log(own / (1.0 - own) / times)
+        shares = _SHAPES.get(name, {1.0: 1.0}).values()
+        wide = 2 if name in _SHAPES else 1
+        choices[name] = [
+            (
+                [times * column + size for column in range(first + wide * i, first + wide * (i + 1))],
+                log_odds + math.log(share),
+            )
+            for i, share in enumerate(shares)
+            for size in range(times)
+        ]
+        first += wide * len(shares)
+    together = [
+        chosen
+        for count in range(_MOST_AT_ONCE + 1)
+        for names in combinations(LOSSES, count)
+        for chosen in product(*(choices[name] for name in names))
+    ]
+    sets = np.zeros((len(together), times * first), np.bool_)
+    for row, chosen in zip(sets, together, strict=True):
+        for columns, _ in chosen:
+            row[columns] = True
+    return sets, np.array([sum(log_odds for _, log_odds in chosen) for chosen in together])
+
+
+def finer_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
+    """The speeds and lengths, those of a law moved by a Gauss-Newton step.
+
+    Parameters
+    ----------
+    law : ndarray, shape (k,)
+        Coefficients of the columns; zero where absent.
+    shapes : tuple of float
+        Of these columns.
+    """
+    size, slope = law.reshape(-1, len(_SIZES)).sum(axis=1)[_PLAIN:].reshape(-1, 2).T
+    moved = np.clip(slope / np.where(size == 0.0, 1.0, size), -2.0 * _APART, 2.0 * _APART)
+    return tuple((np.array(shapes) * np.exp(moved)).tolist())
+
+
+def _slid(path: MeasuredPath, points: Points) -> Array:
+    """Distance from the last turning point, shape (m,); from the one that a cycle has before the first."""
+    start = -math.copysign(math.hypot(path.x[0], path.v[0]), points.direction[0])
+    turned = np.append(start, path.turning_x)
+    return np.abs(points.x - turned[np.searchsorted(path.turning, points.phase, side="right")])

@@ -37,7 +37,7 @@ def test_a_later_part_that_cannot_be_fitted_leaves_the_whole(seed: int) -> None:
 
     decay = find_free_decay(record, SYSTEM)
     used, fit = answered(decay, fit_of)
-    assert fitted == [0, 1]
+    assert set(fitted) == {0, 1}
     assert used is decay
     assert fit.random_force is not None
     assert fit.answer.mean() == pytest.approx(FRICTION / 1000.0, rel=0.3)
