@@ -89,13 +89,11 @@ class Mixture(FrozenDistribution):
     def of(cls, distributions: Sequence[Any], share: ArrayLike) -> Mixture:
         """Mixture of mixtures and frozen Student t, in shares that add up to one, shape (m,).
 
-        Parts of no probability are omitted.
-
-        All of them are cut at zero, or none is.
+        Parts of no probability are omitted. If one is cut at zero, all are: the variable is not negative.
         """
         parts = [cls.of_student(each) for each in distributions]
-        if len({each.positive for each in parts}) != 1:
-            raise InputError("mixture", "of parts cut at zero and others", "give one kind")
+        if any(each.positive for each in parts):
+            parts = [each.kept_positive() for each in parts]
         shares = np.asarray(share, dtype=np.float64)
         weight = np.concatenate([each.weight * p for each, p in zip(parts, shares, strict=True)])
         kept = weight > OMITTED

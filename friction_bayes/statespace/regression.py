@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import softmax
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.force_prior import GridPoint
@@ -193,8 +194,11 @@ class LawRegression:
 
 
 def likely_columns(sets: Mask, log_prior: Array) -> Mask:
-    """Columns, shape (p,), that are likely before the record is seen, given sets of them, shape (m, p)."""
-    return np.asarray(np.exp(log_prior) @ sets > _LIKELY)
+    """Columns, shape (p,), that are likely before the record is seen, given that one of some sets is there.
+
+    Of shape (m, p), with the logarithms of prior probabilities up to a constant.
+    """
+    return np.asarray(softmax(log_prior) @ sets > _LIKELY)
 
 
 def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:

@@ -225,6 +225,7 @@ class Laid:
     ) -> Laid:
         """The same under each set of other losses than by dry friction, none of them first unless one acts.
 
+        Dry friction is not negative then: it would make up for too much of another loss.
         Natural units; for a displacement ``r/k`` that would explain the whole loss, and shapes as
         :data:`.other_losses.SHAPES` has them.
         """
@@ -232,9 +233,21 @@ class Laid:
         shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
         sets, log_prior = loss_sets()
         some = slice(1 if at_least_one else 0, None)
-        return self._with(
+        laid = self._with(
             _Added(added.names, shown, added.states, added.scale, added.positive), sets[some], log_prior[some]
         )
+        positive = laid.regression.positive.copy()
+        positive[laid.regression.names.index("friction")] = True
+        return replace(laid, regression=replace(laid.regression, positive=positive))
+
+    def of_sets(self, kept: Mask) -> Laid:
+        """The same under some of the sets, ``kept`` of shape (m,), without columns that none of these has."""
+        sets = self.regression.sets[kept]
+        used = np.asarray(sets.any(axis=0))
+        regression = replace(
+            self.regression.of_columns(used), sets=sets[:, used], log_prior=self.regression.log_prior[kept]
+        )
+        return replace(self, regression=regression)
 
     def with_drift(self) -> Laid:
         """The same without a drift of the sensor's zero along a line, and with one, by its change at the end.
@@ -305,6 +318,8 @@ class PreparedDecay:
         About the rest position, unit of the signal.
     time : ndarray, shape (n,)
         [s], the first at zero.
+    fitted : ndarray, shape (n,)
+        The signal of the motion that was fitted, an acceleration without friction.
     friction : float
         Displacement ``r/k`` that was fitted, in natural units of the frequency that was fitted.
     prior : ForcePrior
@@ -331,6 +346,7 @@ class PreparedDecay:
         self.time = (time - time[0])[:n]
         self.prior = ForcePrior(centre=_CENTRE * self.friction)
         self._states = states[:n]
+        self.fitted = about
         # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
         self._least_noise = max(rounding, MOTION_KNOWN_TO * decay.amplitude) / math.sqrt(block)
 

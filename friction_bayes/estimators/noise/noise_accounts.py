@@ -59,6 +59,8 @@ _SHIFTS_PATH = 0.05
 it: a less probable force hardly moves the turning points. In coloured noise it may be as probable along its
 own motion alone."""
 
+_LOG_SURE = 50.0
+"""Log odds that make a probability one."""
 _SOME_LOSS = "another loss than by dry friction"
 _MOST_MOTIONS = 12
 """Of a law with other losses, each along the motion under the one before."""
@@ -199,6 +201,20 @@ class NoiseAccount:
         # of a sample, where the regression has means of blocks
         return self._part.laid.unit * math.sqrt(self._prepared.decay.block)
 
+    def prediction(self, fitted: Array, time: Array) -> Array:
+        """Signal under the law, at the samples of one that was ``fitted``, shape (n,) both.
+
+        It is the fitted one where the mass may stick. ``time`` is from the first sample [s].
+        """
+        prepared, laid = self._prepared, self._part.laid
+        regression, order = laid.regression, laid.order
+        law = laid.unit * (regression.columns @ self._part.posterior.best_law() - regression.target)
+        law += prepared.signal
+        # of means of blocks the motion that was fitted, which an accelerometer does not read
+        about = fitted - prepared.decay.rest_position
+        own = prepared.fitted if order < 2 else np.interp(prepared.time, time, about)
+        return np.asarray(fitted + np.interp(time, prepared.time, law - own, right=0.0))
+
     @property
     def sd(self) -> stats.distributions.rv_frozen:
         return _scaled_log_normal(self._posterior.force_sd, self._unit)
@@ -284,6 +300,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         behind = _behind(prepared, fit, evaluated)
         rest = 1.0 - sum(each.value for each in behind)
         found = [*(each._replace(value=each.value * rest) for each in found), *behind]
+        found = _with_both(prepared, found)
     return tuple(NoiseAccount(each.part, prepared, each.value, each.gain) for each in found)
 
 
@@ -353,6 +370,33 @@ def _behind(
         rest = filters.probability - shares.sum()
         shares[: len(free)] += rest * softmax([each.value for each in free])
     return [each._replace(value=share) for each, share in zip(found, shares.tolist(), strict=True)]
+
+
+def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]:
+    """The accounts, and one with other losses and a random force, with their probabilities.
+
+    By the odds of both against one of the two, where that is more probable than the other: in its most
+    probable account, which stands for all of them.
+    """
+    forced = [each for each in found if each.part.has_force]
+    losing = [each for each in found if each.part.losses]
+    base = max(forced, losing, key=lambda some: sum(each.value for each in some))
+    if not base:
+        return list(found)
+    best = max(base, key=lambda each: each.value)
+    laid = best.part.laid if best.part.losses else _with_losses(prepared, best.part.laid)
+    columns = laid.regression.sets.sum(axis=1)
+    simplest = columns == columns.min()
+    laid = laid.of_sets(simplest | (best.part.share_of_sets > SLIGHT) if best.part.losses else simplest)
+    still = _without_force(prepared, laid)
+    both = _with_force(prepared, [laid], still)
+    log_odds = both.log_evidence - best.part.log_evidence
+    value = sum(each.value for each in base) * math.exp(min(log_odds, _LOG_SURE))
+    total = 1.0 + value
+    return [
+        *(each._replace(value=each.value / total) for each in found),
+        best._replace(part=both, value=value / total),
+    ]
 
 
 def _log_evidence_of_filters(found: Sequence[_Found]) -> float:

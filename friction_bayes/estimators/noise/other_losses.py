@@ -35,7 +35,7 @@ DAMPING, DRAG, DRIFTING, STRIBECK, PRESLIDING = (
     "friction that is higher at low speed",
     "a contact that springs before it slides",
 )
-_PROBABILITY = MappingProxyType({DAMPING: 0.15, DRAG: 0.05, DRIFTING: 0.05, STRIBECK: 0.05, PRESLIDING: 0.05})
+_PROBABILITY = MappingProxyType({DAMPING: 0.15, DRAG: 0.03, DRIFTING: 0.03, STRIBECK: 0.03, PRESLIDING: 0.03})
 """Prior probability of each, whichever others there are: most machines are damped a little."""
 LOSSES = tuple(_PROBABILITY)
 """In words."""

@@ -162,7 +162,8 @@ def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
     share /= share.sum()
     losses = {name: float(share @ [each.losses[name] for each in having]) for name in having[0].losses}
     best = max(having, key=lambda each: each.probability)
-    coefficient = Mixture.of([each.coefficient for each in having], share)
+    # as if it might be negative: so much of it need not be there
+    coefficient = Mixture.of([replace(each.coefficient, positive=False) for each in having], share)
     return UnevenLoss(probability, best.loses_faster, coefficient, losses)
 
 
@@ -193,6 +194,9 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
     averages = _averages(fit, accounts)
+    if uneven is not None and uneven.losses and uneven.probability > 0.5 and fit.prediction is not None:
+        best = max((each for each in accounts if each.losses), key=lambda each: each.probability)
+        averages["prediction"] = best.prediction(fit.prediction, decay.time - decay.time[0])
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
         # remarks about residuals concern the interval under white noise, not this one
