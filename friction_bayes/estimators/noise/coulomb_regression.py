@@ -225,13 +225,15 @@ class Laid:
     ) -> Laid:
         """The same under each set of other losses than by dry friction, none of them first unless one acts.
 
-        Dry friction is not negative then: it would make up for too much of another loss.
+        Dry friction is not negative then: it would make up for too much of another loss. What rounds corners,
+        as a filter does, is not evaluated behind one.
         Natural units; for a displacement ``r/k`` that would explain the whole loss, and shapes as
         :data:`.other_losses.SHAPES` has them.
         """
+        shapes = shapes if self.filter is None else ()
         added = loss_columns(self.path, self.regression.row, friction, shapes)
         shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
-        sets, log_prior = loss_sets()
+        sets, log_prior = loss_sets(shaped=bool(shapes))
         some = slice(1 if at_least_one else 0, None)
         laid = self._with(
             _Added(added.names, shown, added.states, added.scale, added.positive), sets[some], log_prior[some]

@@ -375,13 +375,13 @@ def _behind(
 def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]:
     """The accounts, and one with other losses and a random force, with their probabilities.
 
-    By the odds of both against one of the two, where that is more probable than the other: in its most
-    probable account, which stands for all of them.
+    By the odds of both against one of the two, the more probable one, in its most probable account, which
+    stands for all of them; where neither is rather needed, both are not.
     """
     forced = [each for each in found if each.part.has_force]
     losing = [each for each in found if each.part.losses]
-    base = max(forced, losing, key=lambda some: sum(each.value for each in some))
-    if not base:
+    base = max(forced, losing, key=_total)
+    if _total(base) < 0.5:
         return list(found)
     best = max(base, key=lambda each: each.value)
     laid = best.part.laid if best.part.losses else _with_losses(prepared, best.part.laid)
@@ -391,12 +391,16 @@ def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]
     still = _without_force(prepared, laid)
     both = _with_force(prepared, [laid], still)
     log_odds = both.log_evidence - best.part.log_evidence
-    value = sum(each.value for each in base) * math.exp(min(log_odds, _LOG_SURE))
+    value = _total(base) * math.exp(min(log_odds, _LOG_SURE))
     total = 1.0 + value
     return [
         *(each._replace(value=each.value / total) for each in found),
         best._replace(part=both, value=value / total),
     ]
+
+
+def _total(found: Sequence[_Found]) -> float:
+    return sum(each.value for each in found)
 
 
 def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
@@ -700,11 +704,10 @@ class _Evaluated:
     def losses(self) -> dict[str, float]:
         """Probability of each other loss than by dry friction, by its name; empty where the law has none."""
         names, sets = np.array(self.laid.regression.names), self.laid.regression.sets
-        return {
-            name: float(self.share_of_sets[sets[:, names == name].any(axis=1)].sum())
-            for name in LOSSES
-            if name in names
-        }
+        having = {name: sets[:, names == name].any(axis=1) for name in LOSSES}
+        if not any(mine.any() for mine in having.values()):
+            return {}
+        return {name: float(self.share_of_sets[mine].sum()) for name, mine in having.items()}
 
     @property
     def fewer(self) -> float:

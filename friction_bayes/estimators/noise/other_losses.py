@@ -98,7 +98,7 @@ def loss_columns(
     friction : float
         Displacement ``r/k`` that would explain the whole loss, natural units.
     shapes : tuple of float
-        Speeds and lengths, as of :data:`SHAPES`.
+        Speeds and lengths, as of :data:`SHAPES`; without any, losses that have one are not evaluated.
     """
     middle, duration = 0.5 * (path.phase[0] + path.phase[-1]), path.phase[-1] - path.phase[0]
     power = path.x**2 + path.v**2
@@ -138,14 +138,17 @@ def loss_columns(
 
 
 @lru_cache
-def loss_sets() -> tuple[Mask, Array]:
+def loss_sets(*, shaped: bool = True) -> tuple[Mask, Array]:
     """Which of these columns act together, shape (m, k), and the logarithm of the prior odds, shape (m,).
 
-    None comes first, and has the odds one. Each loss has one prior sd, and one shape, at most.
+    None comes first, and has the odds one. Each loss has one prior sd, and one shape, at most. Without those
+    that have a shape unless ``shaped``.
     """
     times, first = len(_SIZES), 0
     choices: dict[str, list[tuple[list[int], float]]] = {}
-    for name, own in _PROBABILITY.items():
+    names = LOSSES if shaped else LOSSES[:_PLAIN]
+    for name in names:
+        own = _PROBABILITY[name]
         log_odds = math.log(own / (1.0 - own) / times)
         shares = _SHAPES.get(name, {1.0: 1.0}).values()
         wide = 2 if name in _SHAPES else 1
@@ -161,8 +164,8 @@ def loss_sets() -> tuple[Mask, Array]:
     together = [
         chosen
         for count in range(_MOST_AT_ONCE + 1)
-        for names in combinations(LOSSES, count)
-        for chosen in product(*(choices[name] for name in names))
+        for some in combinations(names, count)
+        for chosen in product(*(choices[name] for name in some))
     ]
     sets = np.zeros((len(together), times * first), np.bool_)
     for row, chosen in zip(sets, together, strict=True):

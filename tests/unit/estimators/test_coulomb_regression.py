@@ -64,7 +64,7 @@ def test_a_random_force_without_noise_of_the_sensor(rate: float) -> None:
     assert found.random_force is not None
     assert found.random_force.probability > 0.99
     # corners of any shape, which so strong a force can make the more probable, cost a quarter of the width
-    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.06
+    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.07
 
 
 @pytest.mark.parametrize("quantity", ["velocity", "acceleration"])
@@ -115,8 +115,8 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
 
 
 def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
-    stribeck = {"stribeck_friction.static_excess": 0.6, "stribeck_friction.stribeck_velocity": 0.02}
-    found = fb.estimate(slow_decay(duration=20.0, noise_sd=2e-5, seed=1, effects=stribeck), SYSTEM)
+    stiffer = {"cubic_stiffness.cubic_stiffness": 1e5}
+    found = fb.estimate(slow_decay(duration=20.0, noise_sd=2e-5, seed=1, effects=stiffer), SYSTEM)
     assert found.random_force is not None
     assert found.random_force.probability > 0.5
     assert any("can pass for such a force" in note for note in found.notes)
@@ -128,10 +128,12 @@ def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
         {"viscous_damping.damping_ratio": 0.002},
         {"quadratic_drag.drag_coefficient": 8.0},
         {"friction_drift.relative_change": -0.4},
+        {"stribeck_friction.static_excess": 0.6, "stribeck_friction.stribeck_velocity": 0.02},
+        {"presliding.displacement": 3e-4},
     ],
 )
 def test_another_loss_than_by_dry_friction_is_no_random_force(loss: dict[str, float]) -> None:
-    with pytest.warns(fb.RecordWarning, match="falls faster while it is larger"):
+    with pytest.warns(fb.RecordWarning, match="while it is larger"):
         found = fb.estimate(slow_decay(duration=20.0, noise_sd=2e-5, seed=1, effects=loss), SYSTEM)
     assert found.random_force.probability < 0.01
     low, high = found.friction.interval(0.98)
