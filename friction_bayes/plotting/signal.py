@@ -150,7 +150,7 @@ def plot_amplitudes(
     *,
     title: str | None = None,
 ) -> Figure:
-    """Draw the turning points and the linear envelope that a friction coefficient means.
+    """Draw the turning points and what dry friction of a coefficient takes of the amplitude.
 
     Coulomb friction takes ``2 u`` from the amplitude in every half cycle: Eq. (2), per half cycle.
 
@@ -197,7 +197,7 @@ def plot_amplitudes(
         for sign in (1.0, -1.0):
             axes.fill_between(along, *(sign * edges), color=ACCENT, alpha=0.25, lw=0.0)
             axes.plot(along, sign * envelope(coefficient), color=ACCENT, lw=1.4, ls="--")
-        axes.plot([], [], color=ACCENT, ls="--", label="linear envelope, 90 % interval shaded")
+        axes.plot([], [], color=ACCENT, ls="--", label="what dry friction takes, 90 % interval shaded")
         axes.plot(moment, signed, "o", ms=3.5, color=MODEL, label=f"{moment.size} turning points")
         axes.set_xlabel("time [s]")
         axes.set_ylabel(signal_label(decay))

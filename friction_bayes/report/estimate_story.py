@@ -71,10 +71,13 @@ def estimate_story(result: Mapping[str, Any], notes: int | None = None) -> list[
 
 
 def _rests_on(result: Mapping[str, Any]) -> str:
-    """What the interval is that of: noise of the sensor, a force, and whether the corners count."""
+    """What the interval is that of: noise of the sensor, other losses, a force, whether the corners count."""
     noise, force = result["noise"], result["random_force"]
     text = f"{noise['model']} noise of the sensor"
     text += behind_filter(noise["filter"])
+    uneven = result["uneven_loss"]
+    if uneven is not None and uneven["probability"] > _LIKELY:
+        text += "".join(f", {name}" for name, share in uneven["losses"].items() if share > _LIKELY)
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"
     elif force["probability"] > _WORTH_A_WORD:
