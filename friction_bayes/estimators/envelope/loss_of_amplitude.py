@@ -45,10 +45,7 @@ __all__ = [
 UNEVEN_PRIOR = MappingProxyType({1.0: 0.05, 0.5: 0.05, 0.25: 0.05, 0.125: 0.05})
 """Sds of the share of the loss that is in proportion to the amplitude, and the prior probability of each.
 
-Dry friction alone has the rest: most machines are damped a little, few much. Of 95 records with .5 to 20 % of
-the loss by damping, unsure, the interval of friction covers 32 without this, 60 with it, and 73 with even
-odds; of 60 without damping it is 1.05 times as wide in the middle, 1.4 times in six, and with even odds 1.23
-times and 4.9.
+Dry friction alone has the rest: most machines are damped a little, few much.
 """
 SURELY_UNEVEN = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
