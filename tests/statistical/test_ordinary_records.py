@@ -46,6 +46,13 @@ GROUPS = {
         "friction: locked to the place",
         "random force",
     ),
+    "resisted": (
+        "resisted: viscous damping",
+        "resisted: quadratic drag",
+        "resisted: friction that changes",
+        "resisted: Stribeck friction",
+        "resisted: pre-sliding",
+    ),
     "disturbed": ("hand at the start", "hand at the start, 200 half cycles", "driven, then free"),
 }
 FEWEST = 5
