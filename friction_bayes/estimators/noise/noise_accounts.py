@@ -4,7 +4,8 @@ White noise, coloured noise, white noise with a random force and coloured noise 
 same samples. Without a force the columns of the law go along the trajectory that was fitted, so that the
 regression is the expansion of that very fit; with one along the motion smoothed under it, or along the
 trajectory too where that explains the record better, as for a slight force. A law with other losses than by
-dry friction goes along its own motion, and has no force.
+dry friction goes along its own motion; a force in addition to these is evaluated last, where one of both is
+needed.
 """
 
 from __future__ import annotations
@@ -154,9 +155,8 @@ class NoiseAccount:
         if self.weaker_above:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
-        words += [name for name, share in self.losses.items() if share > 0.5] or bool(self.losses) * [
-            _SOME_LOSS
-        ]
+        likely = [name for name, share in self.losses.items() if share > 0.5]
+        words += likely if likely or not self.losses else [_SOME_LOSS]
         words += ["corners of any shape"] if self.free_corners else []
         if self.unlisted is not None:
             words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
@@ -293,7 +293,14 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
             fit = fit.with_variance(variance)
             shapes = _under_white_noise(prepared, fit)
         shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
-    shapes = [_along_own_motion(prepared, shape) if shape.still.losses else shape for shape in shapes]
+    alone = shapes[0].still.log_evidence
+    shapes = [
+        # where it is improbable next to dry friction alone, its motion is that
+        _along_own_motion(prepared, shape)
+        if shape.still.losses and shape.still.log_evidence > alone + math.log(SLIGHT)
+        else shape
+        for shape in shapes
+    ]
     evaluated = _evaluate(prepared, shapes)
     found = [_Found(part, share) for part, share in evaluated]
     if not _white_noise_explains(evaluated):
