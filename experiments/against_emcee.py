@@ -79,7 +79,7 @@ def sampled(estimate: fb.Estimate, *, seed: int) -> dict[str, float]:
     found = _compared(run.friction, estimate.friction)
     # at the declared mass and stiffness, which are all that a sampler knows, and without a witness's share
     drawn = run.tree["mixture" if "mixture" in run.tree.children else "posterior"].dataset["friction"]
-    alike = _compared(by_walker(drawn), estimate.friction_as_declared)
+    alike = _compared(by_walker(drawn), estimate.friction_of_parts)
     found |= {name: alike[name] for name in ("shift", "width_ratio")}
     named = ("rhat", "ess_bulk", "ess_tail", "converged", "agrees", "sampler_s")
     found |= {name: summary[name] for name in named}

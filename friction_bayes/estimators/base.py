@@ -20,6 +20,7 @@ from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
 from friction_bayes.estimators.noise.noise_accounts import UNLISTED, NoiseAccount
+from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.witness import AnswerPart, Witness, answer_parts, not_negative
 
@@ -32,7 +33,6 @@ __all__ = [
     "FittedMotion",
     "FreeDecays",
     "Glance",
-    "PosteriorPart",
     "RandomForce",
 ]
 
@@ -90,28 +90,6 @@ class BehindFilter(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PosteriorPart:
-    """One part of a posterior, which a sampler samples by itself.
-
-    Attributes
-    ----------
-    name : str
-        In words.
-    probability : float
-        Of the part.
-    forced : bool
-        Whether it has a random force.
-    build_target : callable, () -> Target
-        Makes the part as the sampler sees it.
-    """
-
-    name: str
-    probability: float
-    forced: bool
-    build_target: Callable[[], Target]
-
-
-@dataclass(frozen=True, eq=False)
 class FittedMotion:
     """The motion that was fitted to a whole signal.
 
@@ -166,6 +144,8 @@ class Fit:
         not requested or could not be evaluated.
     parts : tuple of PosteriorPart
         Of the posterior, those that count; one where there are no accounts.
+    coefficient_of_parts : frozen scipy.stats distribution or Mixture
+        Friction coefficient by these parts, as a sampler samples them.
     random_force : RandomForce or None
         Its posterior; None where there are no accounts.
     witness : Witness or None
@@ -199,7 +179,15 @@ class Fit:
 
     @property
     def parts(self) -> tuple[PosteriorPart, ...]:
-        return self.account_parts or (PosteriorPart("the whole posterior", 1.0, False, self.build_target),)
+        whole = PosteriorPart("the whole posterior", 1.0, False, self.coefficient, self.build_target)
+        return self.account_parts or (whole,)
+
+    @property
+    def coefficient_of_parts(self) -> Any:
+        if len(self.parts) == 1:
+            return self.parts[0].coefficient
+        shares = np.array([part.probability for part in self.parts])
+        return Mixture.of([part.coefficient for part in self.parts], shares / shares.sum())
 
     @cached_property
     def answer(self) -> Any:

@@ -72,7 +72,9 @@ class Estimate(Shown):
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
     friction_as_declared : frozen scipy.stats distribution
-        The posterior that a sampler samples: mass and stiffness taken as exact, without the witness.
+        The same with mass and stiffness taken as exact, without the witness.
+    friction_of_parts : frozen scipy.stats distribution
+        The posterior that a sampler samples: that, by the parts of it which count.
     force_factors : tuple of ForceFactor
         From the signal's friction coefficient to the friction force, one or two equally probable.
     force_factor : float
@@ -123,6 +125,10 @@ class Estimate(Shown):
     @property
     def friction_unit(self) -> str:
         return self.decay.system.friction_unit if _calibrated(self.decay) else self.decay.unit
+
+    @cached_property
+    def friction_of_parts(self) -> Any:
+        return scaled(self.fit.coefficient_of_parts, self.force_factor)
 
     @cached_property
     def friction_as_declared(self) -> Any:
@@ -334,7 +340,7 @@ class Estimate(Shown):
             "probability": uneven.probability,
             "faster": uneven.faster,
             "friction": friction.to_dict(),
-            "losses": dict(uneven.losses),
+            "losses": uneven.losses,
         }
 
     def _filter_summary(self) -> dict[str, Any] | None:

@@ -62,7 +62,7 @@ def check_estimate(
     tree = sample_estimate(estimate, seed=seed, progress=progress)
     parts = parts_of(tree)
     draws = by_walker(tree["mixture" if len(parts) > 1 else "posterior"].dataset["friction"])
-    declared = estimate.friction_as_declared
+    declared = estimate.friction_of_parts
     agreement = compare(declared, draws)
     mean, sd = float(declared.mean()), float(declared.std())
     # a posterior without a variance gives no scale to measure by

@@ -76,7 +76,7 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     text = f"{noise['model']} noise of the sensor"
     text += behind_filter(noise["filter"])
     uneven = result["uneven_loss"]
-    if uneven is not None and uneven["probability"] > _LIKELY:
+    if uneven is not None and uneven["losses"] is not None and uneven["probability"] > _LIKELY:
         text += "".join(f", {name}" for name, share in uneven["losses"].items() if share > _LIKELY)
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"

@@ -384,7 +384,8 @@ class Problem:
     def _full_noise2(self, grams: Array, used: int) -> float:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
         if self.all_shared:
-            return max(full_noise2(Whitened(grams[0], 0.0, used)), self.least_noise2)
+            alike = self.members[0].regression.alike
+            return max(full_noise2(Whitened(grams[0], 0.0, used + alike)), self.least_noise2)
         deviating = np.unique(self._deviating)
         own = self._columns(self.own, deviating[deviating >= 0], float(self.spread.sd.max()))
         left = eliminate(grams, own, 0.0)

@@ -63,6 +63,8 @@ class LawRegression:
         What the columns go along; its force and noise are first guesses.
     least_noise : float
         Least sd of the noise, that of the sensor's rounding, natural units.
+    alike : int
+        Columns that are others with another prior sd: they explain nothing more.
     near : ndarray, shape (p,), optional
         A law near the record, in units of ``scale``; by least squares where none is given.
     """
@@ -81,6 +83,7 @@ class LawRegression:
     stiffness: int
     motion: SmoothedMotion
     least_noise: float = 0.0
+    alike: int = 0
     near: Array | None = None
 
     @cached_property
@@ -131,6 +134,7 @@ class LawRegression:
             positive=self.positive[mine],
             sets=np.ones((1, mine.size), np.bool_),
             log_prior=np.zeros(1),
+            alike=0,
             near=None,
             stiffness=int(np.searchsorted(mine, self.stiffness)),
         )

@@ -17,7 +17,6 @@ more.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -92,15 +91,15 @@ class UnevenLoss(NamedTuple):
         Whether faster is more probable than slower, as under viscous damping.
     coefficient : Mixture
         Friction coefficient of the signal if they do: of small swings.
-    losses : dict
+    losses : dict or None
         Probability of each other loss than by dry friction, by its name, if the whole signal says so: then
-        the posterior has them. Empty where the amplitudes alone are evidence.
+        the posterior has them. None where the amplitudes alone are evidence.
     """
 
     probability: float
     faster: bool
     coefficient: Mixture
-    losses: Mapping[str, float] = MappingProxyType({})
+    losses: dict[str, float] | None = None
 
     @property
     def sure(self) -> bool:

@@ -32,7 +32,14 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.other_losses import LOSSES, SHAPES, loss_columns, loss_sets
+from friction_bayes.estimators.noise.other_losses import (
+    DISTINCT,
+    LOSSES,
+    SHAPES,
+    loss_columns,
+    loss_sets,
+    repeated,
+)
 from friction_bayes.estimators.noise.recording_filters import (
     RecordingFilter,
     Through,
@@ -226,11 +233,13 @@ class Laid:
         """The same under each set of other losses than by dry friction, none of them first unless one acts.
 
         Dry friction is not negative then: it would make up for too much of another loss. What rounds corners,
-        as a filter does, is not evaluated behind one.
+        as a filter does, is not evaluated behind one, nor a shape from few samples.
         Natural units; for a displacement ``r/k`` that would explain the whole loss, and shapes as
         :data:`.other_losses.SHAPES` has them.
         """
-        shapes = shapes if self.filter is None else ()
+        regression = self.regression
+        few = np.count_nonzero(regression.clock.used) < _least_samples(len(regression.names) + DISTINCT)
+        shapes = () if few or self.filter is not None else shapes
         added = loss_columns(self.path, self.regression.row, friction, shapes)
         shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
         sets, log_prior = loss_sets(shaped=bool(shapes))
@@ -240,14 +249,19 @@ class Laid:
         )
         positive = laid.regression.positive.copy()
         positive[laid.regression.names.index("friction")] = True
-        return replace(laid, regression=replace(laid.regression, positive=positive))
+        alike = repeated(np.ones(len(added.names), np.bool_))
+        return replace(laid, regression=replace(laid.regression, positive=positive, alike=alike))
 
     def of_sets(self, kept: Mask) -> Laid:
         """The same under some of the sets, ``kept`` of shape (m,), without columns that none of these has."""
         sets = self.regression.sets[kept]
         used = np.asarray(sets.any(axis=0))
+        losses = np.array([name in LOSSES for name in self.regression.names])
         regression = replace(
-            self.regression.of_columns(used), sets=sets[:, used], log_prior=self.regression.log_prior[kept]
+            self.regression.of_columns(used),
+            sets=sets[:, used],
+            log_prior=self.regression.log_prior[kept],
+            alike=repeated(used[losses]),
         )
         return replace(self, regression=regression)
 
@@ -453,6 +467,11 @@ class PreparedDecay:
             order=decay.order,
             frequency=frequency,
         )
+
+
+def _least_samples(coefficients: int) -> int:
+    """Least number of samples for a law of some coefficients: below there is nothing to separate."""
+    return 2 * coefficients + 2
 
 
 def _on_even_grid(decay: PlainDecay) -> PlainDecay:

@@ -11,7 +11,7 @@ needed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from scipy.special import expit, logsumexp, softmax
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.noise.coulomb_regression import (
     CORNER,
@@ -34,9 +34,10 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
-from friction_bayes.estimators.noise.other_losses import DRIFTING, LOSSES, SHAPES, finer_shapes
+from friction_bayes.estimators.noise.other_losses import DRIFTING, LOSSES, SHAPES, moved_shapes
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
+from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
@@ -190,7 +191,7 @@ class NoiseAccount:
 
     @cached_property
     def coefficient(self) -> Mixture:
-        return self._posterior.coefficient("friction").scaled(self._unit).widened(self._part.fewer)
+        return self._in_unit(self._posterior.coefficient("friction"))
 
     @cached_property
     def noise_sd(self) -> float:
@@ -229,18 +230,34 @@ class NoiseAccount:
         innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
         return whiteness(innovations[regression.clock.used])
 
-    def targets(self, force_factor: float) -> list[tuple[float, Callable[[], Target]]]:
-        """The same posterior for a sampler, a set of columns each, with the share of that.
+    def parts(self, force_factor: float) -> list[PosteriorPart]:
+        """The same posterior as a sampler samples it: of other losses one set for each of those that count.
 
-        Given the factor from ``coefficient`` to force; sets that count for nothing are omitted.
+        Given the factor from ``coefficient`` to force. Sets that differ in a prior sd or a shape are one, the
+        most probable.
         """
-        shares = self._part.share_of_sets
-        counts = shares * self.probability >= SLIGHT
-        counts[np.argmax(shares)] = True
-        return [
-            (float(shares[row]), partial(self._target, force_factor, row))
-            for row in np.flatnonzero(counts).tolist()
-        ]
+        part = self._part
+        if not part.losses:
+            return [self._part_of(0, self.probability, self.coefficient, force_factor)]
+        found: list[PosteriorPart] = []
+        for rows in part.sets_of_losses:
+            probability = self.probability * float(part.share_of_sets[rows].sum())
+            if probability >= SLIGHT or not found:
+                row = int(rows[np.argmax(part.share_of_sets[rows])])
+                mine = np.zeros_like(part.posterior.weight, dtype=np.bool_)
+                mine[:, row] = True
+                coefficient = part.posterior.among(mine).coefficient("friction")
+                found.append(self._part_of(row, probability, self._in_unit(coefficient), force_factor))
+        return found
+
+    def _part_of(
+        self, row: int, probability: float, coefficient: Mixture, force_factor: float
+    ) -> PosteriorPart:
+        build = partial(self._target, force_factor, row)
+        return PosteriorPart(self.name, probability, self.forced, coefficient, build)
+
+    def _in_unit(self, coefficient: Mixture) -> Mixture:
+        return coefficient.scaled(self._unit).widened(self._part.fewer)
 
     def _target(self, force_factor: float, row: int) -> Target:
         laid, problem = self._part.laid, self._part.apart
@@ -544,7 +561,7 @@ def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
     shapes, variance = SHAPES, best.laid.regression.clock.variance
     for _ in range(_MOST_MOTIONS):
         before, law = latest, latest.posterior.best_law()
-        shapes = finer_shapes(law[[name in LOSSES for name in before.laid.regression.names]], shapes)
+        shapes = moved_shapes(law[[name in LOSSES for name in before.laid.regression.names]], shapes)
         path = prepared.along_law(before.laid, law, 0.5).with_variance(variance)
         latest = before.along(_with_losses(prepared, path, shapes))
         best = _best([best, latest])
@@ -715,6 +732,15 @@ class _Evaluated:
         if not any(mine.any() for mine in having.values()):
             return {}
         return {name: float(self.share_of_sets[mine].sum()) for name, mine in having.items()}
+
+    @property
+    def sets_of_losses(self) -> list[Indices]:
+        """Places of the sets of the same losses, the most probable losses first."""
+        names, sets = np.array(self.laid.regression.names), self.laid.regression.sets
+        having = np.column_stack([sets[:, names == name].any(axis=1) for name in LOSSES])
+        which = np.unique(having, axis=0, return_inverse=True)[1].ravel()
+        found = [np.flatnonzero(which == each) for each in range(which.max() + 1)]
+        return sorted(found, key=lambda rows: -float(self.share_of_sets[rows].sum()))
 
     @property
     def fewer(self) -> float:

@@ -26,16 +26,28 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
-__all__ = ["DRIFTING", "LOSSES", "SHAPES", "LossColumns", "finer_shapes", "loss_columns", "loss_sets"]
+__all__ = [
+    "DISTINCT",
+    "DRIFTING",
+    "LOSSES",
+    "SHAPES",
+    "LossColumns",
+    "loss_columns",
+    "loss_sets",
+    "moved_shapes",
+    "repeated",
+]
 
-DAMPING, DRAG, DRIFTING, STRIBECK, PRESLIDING = (
+_DAMPING, _DRAG, DRIFTING, _STRIBECK, _PRESLIDING = (
     "viscous damping",
     "quadratic drag",
     "friction that changes with time",
     "friction that is higher at low speed",
     "a contact that springs before it slides",
 )
-_PROBABILITY = MappingProxyType({DAMPING: 0.15, DRAG: 0.03, DRIFTING: 0.03, STRIBECK: 0.03, PRESLIDING: 0.03})
+_PROBABILITY = MappingProxyType(
+    {_DAMPING: 0.15, _DRAG: 0.03, DRIFTING: 0.03, _STRIBECK: 0.03, _PRESLIDING: 0.03}
+)
 """Prior probability of each, whichever others there are: most machines are damped a little."""
 LOSSES = tuple(_PROBABILITY)
 """In words."""
@@ -44,8 +56,8 @@ _SIZES = (1.0, 0.5, 0.25, 0.125)
 """Prior sds of the share of the loss that one of them takes, as probable as each other: few take much."""
 _SHAPES = MappingProxyType(
     {
-        STRIBECK: {0.05: 0.26, 0.1: 0.35, 0.2: 0.26, 0.4: 0.13},
-        PRESLIDING: {0.005: 0.15, 0.01: 0.2, 0.02: 0.35, 0.04: 0.3},
+        _STRIBECK: {0.05: 0.26, 0.1: 0.35, 0.2: 0.26, 0.4: 0.13},
+        _PRESLIDING: {0.005: 0.15, 0.01: 0.2, 0.02: 0.35, 0.04: 0.3},
     }
 )
 """Speeds and lengths over the largest of the motion, with their probabilities.
@@ -58,6 +70,8 @@ _APART = 0.5 * math.log(2.0)
 """Prior sd of the logarithm of one of these about its value."""
 _PLAIN = len(LOSSES) - len(_SHAPES)
 """Losses without a shape, whose columns come first."""
+DISTINCT = _PLAIN + 2 * len(SHAPES)
+"""Columns but for their prior sds."""
 
 
 class LossColumns(NamedTuple):
@@ -103,7 +117,7 @@ def loss_columns(
     middle, duration = 0.5 * (path.phase[0] + path.phase[-1]), path.phase[-1] - path.phase[0]
     power = path.x**2 + path.v**2
     largest = math.sqrt(float(np.max(power)))
-    speeds, lengths = np.split(np.array(shapes), [len(_SHAPES[STRIBECK])])
+    speeds, lengths = np.split(np.array(shapes), [len(_SHAPES[_STRIBECK])])
 
     def forces(points: Points) -> Array:
         columns = [
@@ -124,7 +138,7 @@ def loss_columns(
     # friction takes 4 r/k A in a cycle, damping pi c A**2, drag 8/3 c A**3
     damping, drag = 4.0 / (math.pi * float(np.mean(np.sqrt(power)))), 1.5 / float(np.mean(power))
     scale = friction * np.array([damping, drag, 1.0, *[1.0, _APART] * len(shapes)])
-    names = (DAMPING, DRAG, DRIFTING, *[STRIBECK] * 2 * speeds.size, *[PRESLIDING] * 2 * lengths.size)
+    names = (_DAMPING, _DRAG, DRIFTING, *[_STRIBECK] * 2 * speeds.size, *[_PRESLIDING] * 2 * lengths.size)
     of_either_sign = np.array([False, False, True, *[False, True] * len(shapes)])
     states = force_response(path, forces(path.nodes))
     sensor, times = at_sensor(states, row, forces(path.samples)), len(_SIZES)
@@ -174,7 +188,13 @@ def loss_sets(*, shaped: bool = True) -> tuple[Mask, Array]:
     return sets, np.array([sum(log_odds for _, log_odds in chosen) for chosen in together])
 
 
-def finer_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
+def repeated(used: Mask) -> int:
+    """How many of the columns that are ``used``, shape (k,), are others with another prior sd."""
+    times = used.reshape(-1, len(_SIZES)).sum(axis=1)
+    return int(np.sum(np.maximum(times - 1, 0)))
+
+
+def moved_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
     """The speeds and lengths, those of a law moved by a Gauss-Newton step.
 
     Parameters
@@ -182,9 +202,11 @@ def finer_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
     law : ndarray, shape (k,)
         Coefficients of the columns; zero where absent.
     shapes : tuple of float
-        Of these columns.
+        Of these columns; as they are where none has a shape.
     """
     size, slope = law.reshape(-1, len(_SIZES)).sum(axis=1)[_PLAIN:].reshape(-1, 2).T
+    if size.size == 0:
+        return shapes
     moved = np.clip(slope / np.where(size == 0.0, 1.0, size), -2.0 * _APART, 2.0 * _APART)
     return tuple((np.array(shapes) * np.exp(moved)).tolist())
 

@@ -20,7 +20,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, PosteriorPart, RandomForce
+from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
     UnevenLoss,
     loss_of_amplitude,
@@ -34,6 +34,7 @@ from friction_bayes.estimators.noise.noise_accounts import (
     noise_accounts,
 )
 from friction_bayes.estimators.noise.zero_drift import zero_drift
+from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.estimators.witness import Witness
 
 __all__ = [
@@ -291,13 +292,10 @@ def _width(fit: Fit) -> float:
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[PosteriorPart, ...]:
     """Parts for a sampler: the fit itself under white noise, unless its account has more noise."""
     factor = force_factor(decay.system, decay.quantity, decay.unit)
-    parts = []
+    parts: list[PosteriorPart] = []
     for i, account in enumerate(accounts):
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
-            targets = [(1.0, fit.build_target)] if own else account.targets(factor)
-            parts += [
-                PosteriorPart(account.name, share * account.probability, account.forced, build)
-                for share, build in targets
-            ]
+            white = PosteriorPart(account.name, account.probability, False, fit.coefficient, fit.build_target)
+            parts += [white] if own else account.parts(factor)
     return tuple(parts)

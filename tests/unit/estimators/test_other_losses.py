@@ -12,9 +12,9 @@ import friction_bayes as fb
 from friction_bayes.estimators.noise.other_losses import (
     LOSSES,
     SHAPES,
-    finer_shapes,
     loss_columns,
     loss_sets,
+    moved_shapes,
 )
 from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
@@ -76,7 +76,7 @@ def test_a_shape_moves_to_where_it_explains_the_force(loss: int, moved: float) -
     coefficients = np.linalg.lstsq(at.sensor[:, mine], other.sensor[:, mine[0]], rcond=None)[0]
     law = np.zeros(len(names))
     law[mine] = coefficients
-    found = np.array(finer_shapes(law, SHAPES))
+    found = np.array(moved_shapes(law, SHAPES))
     shape = (loss - 3) * 4 + 1
     assert found[shape] == pytest.approx(true[shape], rel=0.03)
     assert np.array_equal(np.delete(found, shape), np.delete(SHAPES, shape))
