@@ -146,8 +146,13 @@ class NoiseAccount:
     @property
     def of_known_noise(self) -> bool:
         """Whether its noise is white, or filtered white noise, and there is no force."""
-        plain = not (self.coloured or self.weaker_above or self.free_corners)
-        return not self.forced and self.unlisted is None and (plain or self.filter is not None)
+        return self.plain or (not self.forced and self.unlisted is None and self.filter is not None)
+
+    @property
+    def plain(self) -> bool:
+        """Whether its noise is white, corners are as the law makes them, and there is no force or filter."""
+        other = self.coloured or self.weaker_above or self.free_corners or self.forced
+        return not other and self.filter is None and self.unlisted is None
 
     @property
     def name(self) -> str:

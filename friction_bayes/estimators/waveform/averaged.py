@@ -128,16 +128,17 @@ def _witness_of(
 
     Where the loss is surely uneven, friction is what that leaves to it, and disagrees with a fit of dry
     friction alone. What lies between the two is what other laws leave to it: drag in proportion to the square
-    of the velocity, and friction that changes with time. Where the whole signal says which of them, the
-    amplitudes alone say nothing more.
+    of the velocity, and friction that changes with time. Where the whole signal says which of them, in white
+    noise, the amplitudes alone say nothing more; behind a filter what it leaves may pass for a loss, and dry
+    friction alone by the amplitudes remains a witness.
 
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    if uneven is not None and uneven.losses and uneven.probability > 0.5:
+    if sum(each.probability for each in accounts if each.losses and each.plain) > 0.5:
         return None
-    if uneven is not None and uneven.sure:
+    if uneven is not None and uneven.sure and not uneven.losses:
         return Witness(uneven.coefficient, agrees=False, bounds=False)
     lost = loss_of_amplitude(decay)
     if lost is None:
@@ -272,7 +273,7 @@ def _with_its_zero(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tupl
 
 def _explained(fit: Fit) -> bool:
     """Whether white noise or a filter explains what the law leaves, at the start too."""
-    white = sum(each.probability for each in fit.accounts if each.of_known_noise and each.filter is None)
+    white = sum(each.probability for each in fit.accounts if each.plain)
     return not fit.accounts or white >= 0.5 or fit.filter is not None
 
 
