@@ -228,19 +228,19 @@ class Laid:
         )
 
     def with_losses(
-        self, friction: float, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False
+        self, decay: PreparedDecay, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False
     ) -> Laid:
         """The same under each set of other losses than by dry friction, none of them first unless one acts.
 
         Dry friction is not negative then: it would make up for too much of another loss. What rounds corners,
         as a filter does, is not evaluated behind one, nor a shape from few samples.
-        Natural units; for a displacement ``r/k`` that would explain the whole loss, and shapes as
-        :data:`.other_losses.SHAPES` has them.
+        With shapes as :data:`.other_losses.SHAPES` has them.
         """
         regression = self.regression
         few = np.count_nonzero(regression.clock.used) < _least_samples(len(regression.names) + DISTINCT)
         shapes = () if few or self.filter is not None else shapes
-        added = loss_columns(self.path, self.regression.row, friction, shapes)
+        until = self.frequency * decay.decay.time[-1]
+        added = loss_columns(self.path, self.regression.row, decay.friction, until, shapes)
         shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
         sets, log_prior = loss_sets(shaped=bool(shapes))
         some = slice(1 if at_least_one else 0, None)

@@ -523,7 +523,7 @@ def _shapes(prepared: PreparedDecay, laid: Laid) -> list[Laid]:
 
 def _with_losses(prepared: PreparedDecay, laid: Laid, shapes: tuple[float, ...] = SHAPES) -> Laid:
     """The law with one other loss at least than by dry friction."""
-    return laid.with_losses(prepared.friction, shapes, at_least_one=True)
+    return laid.with_losses(prepared, shapes, at_least_one=True)
 
 
 def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:

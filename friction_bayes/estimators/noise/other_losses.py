@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
@@ -48,11 +49,17 @@ _DAMPING, _DRAG, DRIFTING, _STRIBECK, _PRESLIDING = (
 _PROBABILITY = MappingProxyType(
     {_DAMPING: 0.15, _DRAG: 0.03, DRIFTING: 0.03, _STRIBECK: 0.03, _PRESLIDING: 0.03}
 )
-"""Prior probability of each, whichever others there are: most machines are damped a little."""
+"""Prior probability of each, whichever others there are: most machines are damped a little.
+
+With .05 in place of .03 the intervals of 60 plain records are 1.12 in place of 1.09 times as wide, in the
+middle, as those of dry friction alone, and of 60 in which damping takes 2 to 15 % of the loss 3.8 in place of
+3.3 times; 85 % of the latter are covered by either.
+"""
 LOSSES = tuple(_PROBABILITY)
 """In words."""
 _MOST_AT_ONCE = 2
-_SIZES = (1.0, 0.5, 0.25, 0.125)
+"""Of these: three in one decay are no accident, and imitate what none of them is."""
+_SIZES = tuple(UNEVEN_PRIOR)
 """Prior sds of the share of the loss that one of them takes, as probable as each other: few take much."""
 _SHAPES = MappingProxyType(
     {
@@ -99,7 +106,7 @@ class LossColumns(NamedTuple):
 
 
 def loss_columns(
-    path: MeasuredPath, row: Array, friction: float, shapes: tuple[float, ...] = SHAPES
+    path: MeasuredPath, row: Array, friction: float, until: float, shapes: tuple[float, ...] = SHAPES
 ) -> LossColumns:
     """Columns of the losses along a path.
 
@@ -111,10 +118,12 @@ def loss_columns(
         With which the sensor reads the state.
     friction : float
         Displacement ``r/k`` that would explain the whole loss, natural units.
+    until : float
+        Phase at the end of the decay, over which friction has its mean.
     shapes : tuple of float
         Speeds and lengths, as of :data:`SHAPES`; without any, losses that have one are not evaluated.
     """
-    middle, duration = 0.5 * (path.phase[0] + path.phase[-1]), path.phase[-1] - path.phase[0]
+    middle, duration = 0.5 * (path.phase[0] + until), until - path.phase[0]
     power = path.x**2 + path.v**2
     largest = math.sqrt(float(np.max(power)))
     speeds, lengths = np.split(np.array(shapes), [len(_SHAPES[_STRIBECK])])

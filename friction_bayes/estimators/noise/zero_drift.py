@@ -22,7 +22,7 @@ def zero_drift(decay: PlainDecay) -> float:
     prepared = PreparedDecay(decay)
     if prepared.signal.size < LEAST_SAMPLES:
         return 0.0
-    laid = prepared.along_fit().with_losses(prepared.friction).with_drift()
+    laid = prepared.along_fit().with_losses(prepared).with_drift()
     probability, given = prepared.weighed(laid, DRIFT)
     if probability < 0.5:
         return 0.0

@@ -22,6 +22,8 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 AMPLITUDE, FRICTION = 0.02, 0.2
 SIZES = 4
+END = 6.0
+"""Phase at which a decay ends."""
 
 
 def cosine(cycles: int = 1, amplitude: float = 1.0) -> MeasuredPath:
@@ -33,7 +35,7 @@ def test_sets_have_one_size_and_shape_of_each_loss_and_two_losses_at_most() -> N
     sets, log_odds = loss_sets()
     assert not sets[0].any()
     assert log_odds[0] == 0.0
-    columns = loss_columns(cosine(), sensor_row(0), 0.01)
+    columns = loss_columns(cosine(), sensor_row(0), 0.01, END)
     assert sets.shape[1] == len(columns.names) == columns.scale.size
     names = np.array(columns.names)
     for row in sets:
@@ -48,7 +50,7 @@ def test_sets_have_one_size_and_shape_of_each_loss_and_two_losses_at_most() -> N
 
 def test_without_shapes_the_plain_losses_are_left() -> None:
     sets, _ = loss_sets(shaped=False)
-    columns = loss_columns(cosine(), sensor_row(0), 0.01, ())
+    columns = loss_columns(cosine(), sensor_row(0), 0.01, END, ())
     assert sets.shape[1] == len(columns.names) == 3 * SIZES
     assert set(columns.names) == set(LOSSES[:3])
 
@@ -57,7 +59,7 @@ def test_without_shapes_the_plain_losses_are_left() -> None:
 def test_a_loss_of_the_widest_prior_takes_what_friction_alone_would_take(amplitude: float) -> None:
     """Work over a cycle, of damping and drag: a coefficient of one sd of the widest prior takes all of it."""
     path, friction = cosine(amplitude=amplitude), 0.01
-    columns = loss_columns(path, sensor_row(0), friction)
+    columns = loss_columns(path, sensor_row(0), friction, END)
     for name, power in ((LOSSES[0], 1), (LOSSES[1], 2)):
         size = columns.scale[columns.names.index(name)]
         work = size * float(np.trapezoid(np.abs(path.v) ** (power + 1), path.phase))
@@ -69,8 +71,8 @@ def test_a_shape_moves_to_where_it_explains_the_force(loss: int, moved: float) -
     """A force of a slightly other speed or length is that of a column and its derivative."""
     path, row = cosine(cycles=3), sensor_row(0)
     true = tuple(moved * value for value in SHAPES)
-    names = np.array(loss_columns(path, row, 0.01).names)
-    other, at = loss_columns(path, row, 0.01, true), loss_columns(path, row, 0.01)
+    names = np.array(loss_columns(path, row, 0.01, END).names)
+    other, at = loss_columns(path, row, 0.01, END, true), loss_columns(path, row, 0.01, END)
     # the second of four shapes, its first size
     mine = np.flatnonzero(names == LOSSES[loss])[[2 * SIZES, 3 * SIZES]]
     coefficients = np.linalg.lstsq(at.sensor[:, mine], other.sensor[:, mine[0]], rcond=None)[0]
