@@ -19,13 +19,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
+from friction_bayes.estimators.noise.added_columns import AddedColumns
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, likely_filters
 from friction_bayes.estimators.noise.free_corners import (
     corner_columns,
@@ -155,22 +155,6 @@ class PlainDecay:
         )
 
 
-class _Added(NamedTuple):
-    """Columns that are added to a law: names, as the sensor reads them, their states, prior sds and signs."""
-
-    names: tuple[str, ...]
-    sensor: Array
-    states: Array
-    scale: Array
-    positive: Mask
-
-    @classmethod
-    def shown(cls, names: tuple[str, ...], sensor: Array, scale: float | Array) -> _Added:
-        """Columns of the recording, shape (n, k), of either sign, which do not affect the motion."""
-        n, k = sensor.shape
-        return cls(names, sensor, np.zeros((n, 2, k)), np.full(k, scale), np.zeros(k, np.bool_))
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Laid:
     """A regression along a path, of a derivative of some order, in natural units of a frequency [rad/s]."""
@@ -220,7 +204,7 @@ class Laid:
         left_out = margin(filter_.angle)
         inside[left_out : n - left_out] = 1.0
         filtered = replace(regression, columns=shown[:, :-1], target=signal - shown[:, -1])
-        added = _Added.shown(("filter",) * scale.size, np.hstack([own, jumps]), scale)
+        added = AddedColumns.shown(("filter",) * scale.size, np.hstack([own, jumps]), scale)
         return (
             replace(self, regression=filtered, filter=filter_)
             ._with(added)
@@ -241,12 +225,11 @@ class Laid:
         shapes = () if few or self.filter is not None else shapes
         until = self.frequency * decay.decay.time[-1]
         added = loss_columns(self.path, self.regression.row, decay.friction, until, shapes)
-        shown = added.sensor if self.filter is None else Through(added.sensor)(self.filter)
+        if self.filter is not None:
+            added = added._replace(sensor=Through(added.sensor)(self.filter))
         sets, log_prior = loss_sets(shaped=bool(shapes))
         some = slice(1 if at_least_one else 0, None)
-        laid = self._with(
-            _Added(added.names, shown, added.states, added.scale, added.positive), sets[some], log_prior[some]
-        )
+        laid = self._with(added, sets[some], log_prior[some])
         positive = laid.regression.positive.copy()
         positive[laid.regression.names.index("friction")] = True
         alike = repeated(np.ones(len(added.names), np.bool_))
@@ -274,9 +257,11 @@ class Laid:
         column = (phase - 0.5 * (phase[0] + phase[-1])) / (phase[-1] - phase[0])
         sd = _DRIFT_SHARE * float(np.max(np.hypot(self.path.x, self.path.v)))
         sets = np.array([[False], [True]])
-        return self._with(_Added.shown((DRIFT,), column[:, None], sd), sets, np.log([1.0 - _DRIFTS, _DRIFTS]))
+        return self._with(
+            AddedColumns.shown((DRIFT,), column[:, None], sd), sets, np.log([1.0 - _DRIFTS, _DRIFTS])
+        )
 
-    def _with(self, added: _Added, sets: Mask | None = None, log_prior: Array | None = None) -> Laid:
+    def _with(self, added: AddedColumns, sets: Mask | None = None, log_prior: Array | None = None) -> Laid:
         """The same with more columns: in every set, or in turn in those of ``sets``, shape (m, k)."""
         regression = self.regression
         if sets is None or log_prior is None:
@@ -318,7 +303,7 @@ class Laid:
             clock = replace(clock, variance=clock.variance + jump)
         names = tuple(f"{CORNER}{j}" for j in range(scale.size))
         laid = replace(self, regression=replace(regression, clock=clock))
-        return laid._with(_Added.shown(names, columns, scale))
+        return laid._with(AddedColumns.shown(names, columns, scale))
 
 
 class PreparedDecay:

@@ -18,12 +18,12 @@ import math
 from functools import lru_cache
 from itertools import combinations, product
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR
+from friction_bayes.estimators.noise.added_columns import AddedColumns
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
@@ -32,7 +32,6 @@ __all__ = [
     "DRIFTING",
     "LOSSES",
     "SHAPES",
-    "LossColumns",
     "loss_columns",
     "loss_sets",
     "moved_shapes",
@@ -81,34 +80,10 @@ DISTINCT = _PLAIN + 2 * len(SHAPES)
 """Columns but for their prior sds."""
 
 
-class LossColumns(NamedTuple):
-    """Columns of the losses, each once for every prior sd.
-
-    Attributes
-    ----------
-    names : tuple of str, length k
-        The loss that each is of.
-    sensor : ndarray, shape (n, k)
-        As the sensor reads it, natural units.
-    states : ndarray, shape (n, 2, k)
-        Displacement and velocity.
-    scale : ndarray, shape (k,)
-        Prior sd of the coefficient.
-    positive : ndarray of bool, shape (k,)
-        Whether it has to be positive.
-    """
-
-    names: tuple[str, ...]
-    sensor: Array
-    states: Array
-    scale: Array
-    positive: Mask
-
-
 def loss_columns(
     path: MeasuredPath, row: Array, friction: float, until: float, shapes: tuple[float, ...] = SHAPES
-) -> LossColumns:
-    """Columns of the losses along a path.
+) -> AddedColumns:
+    """Columns of the losses along a path, each once for every prior sd.
 
     Parameters
     ----------
@@ -151,7 +126,7 @@ def loss_columns(
     of_either_sign = np.array([False, False, True, *[False, True] * len(shapes)])
     states = force_response(path, forces(path.nodes))
     sensor, times = at_sensor(states, row, forces(path.samples)), len(_SIZES)
-    return LossColumns(
+    return AddedColumns(
         names=tuple(name for name in names for _ in _SIZES),
         sensor=np.repeat(sensor, times, axis=1),
         states=np.repeat(states, times, axis=2),
