@@ -157,12 +157,16 @@ class NoiseAccount:
     @property
     def name(self) -> str:
         """In words."""
+        likely = [name for name, share in self.losses.items() if share > 0.5]
+        return self._named(likely if likely or not self.losses else [_SOME_LOSS])
+
+    def _named(self, losses: Sequence[str]) -> str:
+        """The account in words, with the other losses of some of its sets."""
         words = ["coloured noise" if self.coloured else "white noise"]
         if self.weaker_above:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
-        likely = [name for name, share in self.losses.items() if share > 0.5]
-        words += likely if likely or not self.losses else [_SOME_LOSS]
+        words += losses
         words += ["corners of any shape"] if self.free_corners else []
         if self.unlisted is not None:
             words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
@@ -259,7 +263,10 @@ class NoiseAccount:
         self, row: int, probability: float, coefficient: Mixture, force_factor: float
     ) -> PosteriorPart:
         build = partial(self._target, force_factor, row)
-        return PosteriorPart(self.name, probability, self.forced, coefficient, build)
+        regression = self._part.laid.regression
+        acting = {name for name, own in zip(regression.names, regression.sets[row], strict=True) if own}
+        name = self._named([name for name in LOSSES if name in acting])
+        return PosteriorPart(name, probability, self.forced, coefficient, build)
 
     def _in_unit(self, coefficient: Mixture) -> Mixture:
         return coefficient.scaled(self._unit).widened(self._part.fewer)

@@ -90,7 +90,7 @@ def test_a_part_that_does_not_count_is_not_sampled() -> None:
     assert len(parts) == len(closed.fit.parts) < len(closed.fit.accounts)
     assert all(part.attrs["random_force"] == 1 for part in parts)
     verdict = compare(
-        closed.friction_as_declared,
+        closed.friction_of_parts,
         tree["mixture" if len(parts) > 1 else "posterior"]["friction"].values.reshape(
             4, tree.attrs["walkers"], -1
         ),
