@@ -11,7 +11,8 @@ def zero_drift(decay: PlainDecay) -> float:
     """Rate of a drift, unit of the signal a second; zero where there is rather none.
 
     A line is nearly orthogonal to a decay of several half cycles: taken out where it is none it costs 2 % of
-    what is known of friction; left in it passes for a random force.
+    what is known of friction; left in it passes for a random force. It is so to losses within a half cycle
+    too, those that have a shape, which are not evaluated.
 
     Parameters
     ----------
@@ -22,7 +23,7 @@ def zero_drift(decay: PlainDecay) -> float:
     prepared = PreparedDecay(decay)
     if prepared.signal.size < LEAST_SAMPLES:
         return 0.0
-    laid = prepared.along_fit().with_losses(prepared).with_drift()
+    laid = prepared.along_fit().with_losses(prepared, shapes=()).with_drift()
     probability, given = prepared.weighed(laid, DRIFT)
     if probability < 0.5:
         return 0.0
