@@ -92,8 +92,8 @@ class FreeDecay:
     later : int
         Half cycles of those after that are left out as a force acted on them that is gone later.
     drift : float
-        Rate of a drift of the sensor's zero about the middle that has been taken out of ``values``, unit of
-        the signal a second.
+        Mean rate of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal a
+        second.
     other_frequency, other_share : float
         Angular frequency of the next strongest oscillation in the spectrum [rad/s] and its amplitude over
         that of the one followed; nan where there is none.
@@ -136,10 +136,10 @@ class FreeDecay:
         """Whole half cycles of it."""
         return int(self.duration * self.frequency / math.pi)
 
-    def without_drift(self, rate: float) -> FreeDecay:
-        """The same less a drift of the sensor's zero about the middle, unit of the signal a second."""
-        values = self.values - rate * (self.time - 0.5 * self.duration)
-        return replace(self, values=values, drift=self.drift + rate)
+    def without_drift(self, drift: Array) -> FreeDecay:
+        """The same less a drift of the sensor's zero, at each sample, shape (n,)."""
+        rate = float(drift[-1] - drift[0]) / self.duration
+        return replace(self, values=self.values - drift, drift=self.drift + rate)
 
     def half_a_cycle_later(self) -> FreeDecay:
         """The same from a sixteenth of a cycle after the next turning point on."""
@@ -200,8 +200,8 @@ class FreeDecay:
             )
         if self.drift:
             notes.append(
-                f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} a second, which is "
-                "taken out"
+                f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} a second in the "
+                "mean, which is taken out"
             )
         if self.other_share > 0.0:
             notes.append(

@@ -166,7 +166,7 @@ def estimate(
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
             fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))
-        warned = _uneven_loss_note(decay, fit)
+        warned = _uneven_loss_note(decay, fit) + _bent_spring_note(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
         acceptance = None
@@ -280,6 +280,20 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     if uneven.sure:
         warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
+
+
+def _bent_spring_note(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Note of a frequency that changes with the swing, where it probably does."""
+    found = [each.bent_spring for each in fit.accounts]
+    probability = sum(own for own, _ in found)
+    if probability < 0.5:
+        return []
+    _, share = max(found)
+    return [
+        f"{decay.name}: the frequency changes with the swing (probability {number(probability, 3)}), as on a "
+        f"spring {percent(abs(share))} {'stiffer' if share > 0.0 else 'softer'} at the largest: friction is "
+        "averaged over that"
+    ]
 
 
 def _provenance(record: xr.DataArray) -> list[str]:

@@ -32,12 +32,12 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.other_losses import (
+from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
-    LOSSES,
+    FORCES,
     SHAPES,
-    loss_columns,
-    loss_sets,
+    other_force_columns,
+    other_force_sets,
     repeated,
 )
 from friction_bayes.estimators.noise.recording_filters import (
@@ -47,9 +47,10 @@ from friction_bayes.estimators.noise.recording_filters import (
     margin,
     own_columns,
 )
+from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import Posterior, integrate_force
+from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import NEAR_TURN, MeasuredPath
@@ -75,7 +76,8 @@ accounts 195 of the 200 longer ones, and 73 intervals were more than twice as wi
 DRIFT = "drift"
 """Name of the column of a drift of the sensor's zero."""
 _DRIFT_SHARE, _DRIFTS = 0.1, 0.1
-"""Prior sd of such a drift over the amplitude, as that of the rest position, and its probability."""
+"""Prior sd of such a drift over the amplitude, as that of the rest position, and its probability: it goes
+along a line or a curve."""
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
 _ON_GRID = 0.05
@@ -211,23 +213,23 @@ class Laid:
             .with_variance(np.maximum(regression.clock.variance, inside))
         )
 
-    def with_losses(
+    def with_other_forces(
         self, decay: PreparedDecay, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False
     ) -> Laid:
-        """The same under each set of other losses than by dry friction, none of them first unless one acts.
+        """The same under each set of other forces than dry friction, none of them first unless one acts.
 
         Dry friction is not negative then: it would make up for too much of another loss. What rounds corners,
         as a filter does, is not evaluated behind one, nor a shape from few samples.
-        With shapes as :data:`.other_losses.SHAPES` has them.
+        With shapes as :data:`.other_forces.SHAPES` has them.
         """
         regression = self.regression
         few = np.count_nonzero(regression.clock.used) < _least_samples(len(regression.names) + DISTINCT)
         shapes = () if few or self.filter is not None else shapes
         until = self.frequency * decay.decay.time[-1]
-        added = loss_columns(self.path, self.regression.row, decay.friction, until, shapes)
+        added = other_force_columns(self.path, self.regression.row, decay.friction, until, shapes)
         if self.filter is not None:
             added = added._replace(sensor=Through(added.sensor)(self.filter))
-        sets, log_prior = loss_sets(shaped=bool(shapes))
+        sets, log_prior = other_force_sets(shaped=bool(shapes))
         some = slice(1 if at_least_one else 0, None)
         laid = self._with(added, sets[some], log_prior[some])
         positive = laid.regression.positive.copy()
@@ -239,27 +241,24 @@ class Laid:
         """The same under some of the sets, ``kept`` of shape (m,), without columns that none of these has."""
         sets = self.regression.sets[kept]
         used = np.asarray(sets.any(axis=0))
-        losses = np.array([name in LOSSES for name in self.regression.names])
         regression = replace(
             self.regression.of_columns(used),
             sets=sets[:, used],
             log_prior=self.regression.log_prior[kept],
-            alike=repeated(used[losses]),
+            alike=repeated(used[self.of_other_forces]),
         )
         return replace(self, regression=regression)
 
-    def with_drift(self) -> Laid:
-        """The same without a drift of the sensor's zero along a line, and with one, by its change at the end.
+    def with_drift(self, until: float) -> Laid:
+        """The same without a drift of the sensor's zero, with one along a line, and along a curve.
 
-        About the middle of the record.
+        The decay lasts ``until`` that phase.
         """
-        phase = self.regression.clock.phase
-        column = (phase - 0.5 * (phase[0] + phase[-1])) / (phase[-1] - phase[0])
-        sd = _DRIFT_SHARE * float(np.max(np.hypot(self.path.x, self.path.v)))
-        sets = np.array([[False], [True]])
-        return self._with(
-            AddedColumns.shown((DRIFT,), column[:, None], sd), sets, np.log([1.0 - _DRIFTS, _DRIFTS])
-        )
+        curve = smooth_curve(self.regression.clock.phase, until)
+        scale = _DRIFT_SHARE * float(np.max(np.hypot(self.path.x, self.path.v))) * CURVE_SDS
+        sets = np.array([[False] * CURVE_SDS.size, np.arange(CURVE_SDS.size) == 0, [True] * CURVE_SDS.size])
+        log_prior = np.log([1.0 - _DRIFTS, 0.5 * _DRIFTS, 0.5 * _DRIFTS])
+        return self._with(AddedColumns.shown((DRIFT,) * CURVE_SDS.size, curve, scale), sets, log_prior)
 
     def _with(self, added: AddedColumns, sets: Mask | None = None, log_prior: Array | None = None) -> Laid:
         """The same with more columns: in every set, or in turn in those of ``sets``, shape (m, k)."""
@@ -288,10 +287,26 @@ class Laid:
 
     @property
     def kind(self) -> str:
-        """Of the law: with corners of any shape, with other losses than by dry friction, or neither."""
+        """Of the law: with corners of any shape, with other forces than dry friction, or neither."""
         if self.has_free_corners:
             return "free corners"
-        return "other losses" if self.regression.names[-1] in LOSSES else "dry friction"
+        return "other forces" if self.has_other_forces else "dry friction"
+
+    @property
+    def has_other_forces(self) -> bool:
+        """Whether others than dry friction act."""
+        return self.regression.names[-1] in FORCES
+
+    @property
+    def of_other_forces(self) -> Mask:
+        """Which columns, shape (p,), are of these."""
+        return np.array([name in FORCES for name in self.regression.names])
+
+    @property
+    def acting(self) -> Mask:
+        """Which of :data:`.other_forces.FORCES` act in each set, shape (m, forces)."""
+        names, sets = np.array(self.regression.names), self.regression.sets
+        return np.column_stack([sets[:, names == name].any(axis=1) for name in FORCES])
 
     def with_free_corners(self, friction: float) -> Laid:
         """The same with corners of any shape, for a displacement ``r/k``; natural units."""
@@ -360,11 +375,11 @@ class PreparedDecay:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
 
-    def weighed(self, laid: Laid, name: str) -> tuple[float, Posterior]:
-        """Probability of the sets with a column, and the posterior given these, both without a force."""
+    def weighed(self, laid: Laid, name: str) -> tuple[float, Array]:
+        """Probability of the sets with a column, and the best law of these, both without a force."""
         found = integrate_force(Problem.of(laid.regression), self.prior.without_force)
         having = laid.regression.sets[None, :, laid.regression.names.index(name)]
-        return float(found.weight[having].sum()), found.among(having)
+        return float(found.weight[having].sum()), found.among(having).best_law()
 
     def filters_along(self, laid: Laid, *, only: str | None = None) -> FoundFilters:
         """Filters, or only those of one kind, that the samples may have gone through."""

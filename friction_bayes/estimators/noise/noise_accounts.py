@@ -3,9 +3,9 @@ r"""Accounts of the residual of a decay: white noise, coloured noise, a random f
 White noise, coloured noise, white noise with a random force and coloured noise with one are evaluated on the
 same samples. Without a force the columns of the law go along the trajectory that was fitted, so that the
 regression is the expansion of that very fit; with one along the motion smoothed under it, or along the
-trajectory too where that explains the record better, as for a slight force. A law with other losses than by
-dry friction goes along its own motion; a force in addition to these is evaluated last, where one of both is
-needed.
+trajectory too where that explains the record better, as for a slight force. A law with other forces than dry
+friction goes along its own motion; a random force in addition to these is evaluated last, where one of both
+is needed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,14 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
-from friction_bayes.estimators.noise.other_losses import DRIFTING, LOSSES, SHAPES, moved_shapes
+from friction_bayes.estimators.noise.other_forces import (
+    BENT_SPRING,
+    FORCES,
+    LOSSES,
+    SHAPES,
+    grows,
+    moved_shapes,
+)
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
@@ -46,7 +53,7 @@ from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.sampling.law_target import law_target
 
-__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "needs_no_force", "noise_accounts"]
+__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "OtherLoss", "needs_no_force", "noise_accounts"]
 
 SLIGHT = 0.01
 """Probability of an account below which it is omitted."""
@@ -63,11 +70,32 @@ own motion alone."""
 
 _LOG_SURE = 50.0
 """Log odds that make a probability one."""
-_SOME_LOSS = "another loss than by dry friction"
+_SOME_FORCE = "another force than dry friction"
 _MOST_MOTIONS = 12
-"""Of a law with other losses, each along the motion under the one before."""
+"""Of a law with other forces, each along the motion under the one before."""
 _SAME = 0.1
 """Log evidence by which a further one changes nothing."""
+
+
+class OtherLoss(NamedTuple):
+    """What takes energy in addition to dry friction in an account.
+
+    Attributes
+    ----------
+    probability : float
+        Of the account and of such a loss.
+    faster : bool
+        Whether the amplitude rather falls faster while it is larger.
+    coefficient : Mixture
+        Friction coefficient ``u`` of the signal then.
+    losses : dict
+        Probability of each then, by its name.
+    """
+
+    probability: float
+    faster: bool
+    coefficient: Mixture
+    losses: dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +110,8 @@ class NoiseAccount:
         Whether white noise represents noise that is weaker far above the motion's frequency.
     free_corners : bool
         Whether the corners of the motion may have any shape.
-    losses : dict
-        Probability of each other loss than by dry friction, by its name; empty where there is none.
+    others : dict
+        Probability of each other force than dry friction, by its name; empty where there is none.
     filter : RecordingFilter or None
         Behind which the sensor shows the motion; the coefficient is that of the motion before it.
     unlisted : float or None
@@ -124,14 +152,34 @@ class NoiseAccount:
         return self._part.laid.has_free_corners
 
     @property
-    def losses(self) -> dict[str, float]:
-        return self._part.losses
+    def others(self) -> dict[str, float]:
+        return self._part.others
 
     @property
-    def loses_faster(self) -> bool:
-        """Whether other losses make the amplitude fall faster while it is larger, rather than slower."""
-        law, names = self._part.posterior.best_law(), self._part.laid.regression.names
-        return all(size >= 0.0 or name != DRIFTING for size, name in zip(-law, names, strict=True))
+    def other_loss(self) -> OtherLoss | None:
+        """What takes energy in addition to dry friction; None where nothing does."""
+        part = self._part
+        if not part.others:
+            return None
+        losing = part.laid.acting[:, [name in LOSSES for name in FORCES]].any(axis=1)
+        share = float(part.share_of_sets[losing].sum())
+        if share == 0.0:
+            return None
+        given = part.posterior.among(np.broadcast_to(losing, part.posterior.weight.shape))
+        return OtherLoss(
+            probability=self.probability * share,
+            faster=not grows(part.laid.regression.names, given.best_law()),
+            coefficient=self._in_unit(given.coefficient("friction")),
+            losses={name: part.others[name] / share for name in LOSSES},
+        )
+
+    @property
+    def bent_spring(self) -> tuple[float, float]:
+        """Probability of the account and a stiffness that changes with the swing, and by what share it does."""
+        regression = self._part.laid.regression
+        bent = np.array(regression.names) == BENT_SPRING
+        share = float(self._part.posterior.best_law()[bent].sum())
+        return self.probability * self.others.get(BENT_SPRING, 0.0), share
 
     @property
     def filter(self) -> RecordingFilter | None:
@@ -157,16 +205,16 @@ class NoiseAccount:
     @property
     def name(self) -> str:
         """In words."""
-        likely = [name for name, share in self.losses.items() if share > 0.5]
-        return self._named(likely if likely or not self.losses else [_SOME_LOSS])
+        likely = [name for name, share in self.others.items() if share > 0.5]
+        return self._named(likely if likely or not self.others else [_SOME_FORCE])
 
-    def _named(self, losses: Sequence[str]) -> str:
-        """The account in words, with the other losses of some of its sets."""
+    def _named(self, others: Sequence[str]) -> str:
+        """The account in words, with the other forces of some of its sets."""
         words = ["coloured noise" if self.coloured else "white noise"]
         if self.weaker_above:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
-        words += losses
+        words += others
         words += ["corners of any shape"] if self.free_corners else []
         if self.unlisted is not None:
             words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
@@ -178,7 +226,7 @@ class NoiseAccount:
     def _posterior(self) -> Posterior:
         part = self._part
         # of several sets the noise is taken as found
-        return part.posterior if part.losses else over_noise(part.apart, part.posterior, part.prior)
+        return part.posterior if part.others else over_noise(part.apart, part.posterior, part.prior)
 
     @cached_property
     def _stiffness(self) -> Mixture:
@@ -240,16 +288,16 @@ class NoiseAccount:
         return whiteness(innovations[regression.clock.used])
 
     def parts(self, force_factor: float) -> list[PosteriorPart]:
-        """The same posterior as a sampler samples it: of other losses one set for each of those that count.
+        """The same posterior as a sampler samples it: of other forces one set for each of those that count.
 
         Given the factor from ``coefficient`` to force. Sets that differ in a prior sd or a shape are one, the
         most probable.
         """
         part = self._part
-        if not part.losses:
+        if not part.others:
             return [self._part_of(0, self.probability, self.coefficient, force_factor)]
         found: list[PosteriorPart] = []
-        for rows in part.sets_of_losses:
+        for rows in part.sets_of_forces:
             probability = self.probability * float(part.share_of_sets[rows].sum())
             if probability >= SLIGHT or not found:
                 row = int(rows[np.argmax(part.share_of_sets[rows])])
@@ -263,9 +311,8 @@ class NoiseAccount:
         self, row: int, probability: float, coefficient: Mixture, force_factor: float
     ) -> PosteriorPart:
         build = partial(self._target, force_factor, row)
-        regression = self._part.laid.regression
-        acting = {name for name, own in zip(regression.names, regression.sets[row], strict=True) if own}
-        name = self._named([name for name in LOSSES if name in acting])
+        acting = self._part.laid.acting[row]
+        name = self._named([name for name, acts in zip(FORCES, acting, strict=True) if acts])
         return PosteriorPart(name, probability, self.forced, coefficient, build)
 
     def _in_unit(self, coefficient: Mixture) -> Mixture:
@@ -273,7 +320,7 @@ class NoiseAccount:
 
     def _target(self, force_factor: float, row: int) -> Target:
         laid, problem = self._part.laid, self._part.apart
-        if self._part.losses:
+        if self._part.others:
             problem = Problem.of(laid.regression.of_columns(laid.regression.sets[row]))
         names = [problem.names[j] for j in problem.shared]
         friction, stiffness = names.index("friction"), names.index("stiffness")
@@ -326,7 +373,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     shapes = [
         # where it is improbable next to dry friction alone, its motion is that
         _along_own_motion(prepared, shape)
-        if shape.still.losses and shape.still.log_evidence > alone + math.log(SLIGHT)
+        if shape.still.laid.has_other_forces and shape.still.log_evidence > alone + math.log(SLIGHT)
         else shape
         for shape in shapes
     ]
@@ -409,21 +456,22 @@ def _behind(
 
 
 def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]:
-    """The accounts, and one with other losses and a random force, with their probabilities.
+    """The accounts, and one with other forces and a random one, with their probabilities.
 
     By the odds of both against one of the two, the more probable one, in its most probable account, which
     stands for all of them; where neither is rather needed, both are not.
     """
     forced = [each for each in found if each.part.has_force]
-    losing = [each for each in found if each.part.losses]
-    base = max(forced, losing, key=_total)
+    others = [each for each in found if each.part.laid.has_other_forces]
+    base = max(forced, others, key=_total)
     if _total(base) < 0.5:
         return list(found)
     best = max(base, key=lambda each: each.value)
-    laid = best.part.laid if best.part.losses else _with_losses(prepared, best.part.laid)
-    columns = laid.regression.sets.sum(axis=1)
-    simplest = columns == columns.min()
-    laid = laid.of_sets(simplest | (best.part.share_of_sets > SLIGHT) if best.part.losses else simplest)
+    had = best.part.laid.has_other_forces
+    laid = best.part.laid if had else _with_other_forces(prepared, best.part.laid)
+    columns, alone = laid.regression.sets.sum(axis=1), laid.acting.sum(axis=1) == 1
+    simplest = alone & (columns == columns.min())
+    laid = laid.of_sets(simplest | (best.part.share_of_sets > SLIGHT) if had else simplest)
     still = _without_force(prepared, laid)
     both = _with_force(prepared, [laid], still)
     log_odds = both.log_evidence - best.part.log_evidence
@@ -452,7 +500,7 @@ def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: in
     """
     behind = prepared.behind(kind, laid)[:sizes]
     shapes = [
-        [_Shape([laid], _without_force(prepared, laid)) for laid in (each, _with_losses(prepared, each))]
+        [_Shape([law], _without_force(prepared, law)) for law in (each, _with_other_forces(prepared, each))]
         for _, each in behind
     ]
     # one sensor has one, and its estimate varies more than filters of a kind differ
@@ -523,14 +571,14 @@ def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool
 
 
 def _shapes(prepared: PreparedDecay, laid: Laid) -> list[Laid]:
-    """The law along a path with corners as dry friction makes them, with those of any shape, other losses."""
+    """The law along a path with corners as dry friction makes them, with those of any shape, other forces."""
     free = laid.with_free_corners(prepared.friction)
-    return [laid, *([free] if free.has_free_corners else []), _with_losses(prepared, laid)]
+    return [laid, *([free] if free.has_free_corners else []), _with_other_forces(prepared, laid)]
 
 
-def _with_losses(prepared: PreparedDecay, laid: Laid, shapes: tuple[float, ...] = SHAPES) -> Laid:
-    """The law with one other loss at least than by dry friction."""
-    return laid.with_losses(prepared, shapes, at_least_one=True)
+def _with_other_forces(prepared: PreparedDecay, laid: Laid, shapes: tuple[float, ...] = SHAPES) -> Laid:
+    """The law with one other force at least than dry friction."""
+    return laid.with_other_forces(prepared, shapes, at_least_one=True)
 
 
 def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:
@@ -543,7 +591,7 @@ def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:
 
 
 def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) -> list[_Shape]:
-    """The same accounts along another path too: with a force, and with other losses.
+    """The same accounts along another path too: with a random force, and with other forces.
 
     Those of dry friction alone are what they were along the fit.
     """
@@ -555,7 +603,7 @@ def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) ->
             found.append(shape)
             continue
         still, forced = shape.still, shape.forced
-        if still.losses:
+        if still.laid.has_other_forces:
             still = _best([still, still.along(other)])
         if forced is not None:
             there = _with_force(prepared, _quiet(shape._replace(paths=[other])), still)
@@ -573,9 +621,9 @@ def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
     shapes, variance = SHAPES, best.laid.regression.clock.variance
     for _ in range(_MOST_MOTIONS):
         before, law = latest, latest.posterior.best_law()
-        shapes = moved_shapes(law[[name in LOSSES for name in before.laid.regression.names]], shapes)
+        shapes = moved_shapes(law[before.laid.of_other_forces], shapes)
         path = prepared.along_law(before.laid, law, 0.5).with_variance(variance)
-        latest = before.along(_with_losses(prepared, path, shapes))
+        latest = before.along(_with_other_forces(prepared, path, shapes))
         best = _best([best, latest])
         if abs(latest.log_evidence - before.log_evidence) < _SAME:
             break
@@ -621,9 +669,9 @@ def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
 
 
 def _may_be_forced(parts: Sequence[_Evaluated]) -> list[bool]:
-    """Which are not improbable next to the best without other losses: with these there is no force."""
-    least = max(part.log_evidence for part in parts if not part.losses) + math.log(SLIGHT)
-    return [not part.losses and part.log_evidence > least for part in parts]
+    """Which are not improbable next to the best of dry friction: with other forces there is no random one."""
+    least = max(part.log_evidence for part in parts if not part.others) + math.log(SLIGHT)
+    return [not part.others and part.log_evidence > least for part in parts]
 
 
 def _without_force(prepared: PreparedDecay, laid: Laid) -> _Evaluated:
@@ -737,27 +785,23 @@ class _Evaluated:
         return np.asarray(self.posterior.weight.sum(axis=0))
 
     @cached_property
-    def losses(self) -> dict[str, float]:
-        """Probability of each other loss than by dry friction, by its name; empty where the law has none."""
-        names, sets = np.array(self.laid.regression.names), self.laid.regression.sets
-        having = {name: sets[:, names == name].any(axis=1) for name in LOSSES}
-        if not any(mine.any() for mine in having.values()):
+    def others(self) -> dict[str, float]:
+        """Probability of each other force than dry friction, by its name; empty where the law has none."""
+        if not self.laid.has_other_forces:
             return {}
-        return {name: float(self.share_of_sets[mine].sum()) for name, mine in having.items()}
+        return dict(zip(FORCES, (self.share_of_sets @ self.laid.acting).tolist(), strict=True))
 
     @property
-    def sets_of_losses(self) -> list[Indices]:
-        """Places of the sets of the same losses, the most probable losses first."""
-        names, sets = np.array(self.laid.regression.names), self.laid.regression.sets
-        having = np.column_stack([sets[:, names == name].any(axis=1) for name in LOSSES])
-        which = np.unique(having, axis=0, return_inverse=True)[1].ravel()
+    def sets_of_forces(self) -> list[Indices]:
+        """Places of the sets of the same other forces, the most probable forces first."""
+        which = np.unique(self.laid.acting, axis=0, return_inverse=True)[1].ravel()
         found = [np.flatnonzero(which == each) for each in range(which.max() + 1)]
         return sorted(found, key=lambda rows: -float(self.share_of_sets[rows].sum()))
 
     @property
     def fewer(self) -> float:
         """Factor on a width that does not count what the samples determine, see :func:`over_noise`."""
-        if not self.losses:
+        if not self.others:
             return 1.0
         regression = self.laid.regression
         samples = int(np.count_nonzero(regression.clock.used))

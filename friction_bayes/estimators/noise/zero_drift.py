@@ -1,17 +1,21 @@
-"""A drift of the sensor's zero along a line: how fast, where a record rather has one."""
+"""A drift of the sensor's zero along a line or a curve: its course, where a record rather has one."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.noise.coulomb_regression import DRIFT, LEAST_SAMPLES, PlainDecay, PreparedDecay
+from friction_bayes.estimators.noise.smooth_curve import smooth_curve
 
 __all__ = ["zero_drift"]
 
 
-def zero_drift(decay: PlainDecay) -> float:
-    """Rate of a drift, unit of the signal a second; zero where there is rather none.
+def zero_drift(decay: PlainDecay) -> Array | None:
+    """A drift at each sample, shape (n,), unit of the signal; None where there is rather none.
 
-    A line is nearly orthogonal to a decay of several half cycles: taken out where it is none it costs 2 % of
-    what is known of friction; left in it passes for a random force. It is so to losses within a half cycle
+    It is nearly orthogonal to a decay of several half cycles: taken out where it is none it costs 2 % of
+    what is known of friction; left in it passes for a random force. It is so to forces within a half cycle
     too, those that have a shape, which are not evaluated.
 
     Parameters
@@ -19,13 +23,14 @@ def zero_drift(decay: PlainDecay) -> float:
     decay : PlainDecay
     """
     if decay.rest_known or not decay.usable:
-        return 0.0
+        return None
     prepared = PreparedDecay(decay)
     if prepared.signal.size < LEAST_SAMPLES:
-        return 0.0
-    laid = prepared.along_fit().with_losses(prepared, shapes=()).with_drift()
-    probability, given = prepared.weighed(laid, DRIFT)
+        return None
+    laid = prepared.along_fit()
+    laid = laid.with_other_forces(prepared, shapes=()).with_drift(laid.frequency * prepared.decay.time[-1])
+    probability, law = prepared.weighed(laid, DRIFT)
     if probability < 0.5:
-        return 0.0
-    change = given.coefficient(DRIFT).mean() * laid.unit
-    return change / float(prepared.time[-1] - prepared.time[0])
+        return None
+    change = laid.unit * law[[name == DRIFT for name in laid.regression.names]]
+    return np.asarray(smooth_curve(decay.time, decay.time[-1]) @ change)

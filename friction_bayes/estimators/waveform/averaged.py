@@ -30,6 +30,7 @@ from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import (
     SLIGHT,
     NoiseAccount,
+    OtherLoss,
     needs_no_force,
     noise_accounts,
 )
@@ -55,16 +56,12 @@ _AS_LOUD = 1.01
 
 
 def _averages(fit: Fit, accounts: Sequence[NoiseAccount]) -> dict[str, Any]:
-    """Averages over the accounts; the fit under white noise where no other account counts.
-
-    The noise of the fit is then at least that of its account.
-    """
+    """Averages over the accounts, that of white noise by its fit, whose noise is at least the account's."""
     loud = accounts[0].noise_sd
     louder = max(loud / fit.noise_sd, 1.0)
     widened = Mixture.of_student(fit.coefficient).widened(louder)
     exact = replace(fit, coefficient=widened, frequency_sd=fit.frequency_sd * louder, noise_sd=loud)
-    share = _probabilities(accounts)
-    return _mean_of([exact, *accounts[1:]], np.where(share >= SLIGHT, share, 0.0))
+    return _mean_of([exact, *accounts[1:]], _probabilities(accounts))
 
 
 def _probabilities(accounts: Sequence[NoiseAccount]) -> Array:
@@ -136,7 +133,7 @@ def _witness_of(
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    if sum(each.probability for each in accounts if each.losses and each.plain) > 0.5:
+    if sum(loss.probability for each, loss in _other_losses(accounts) if each.plain) > 0.5:
         return None
     if uneven is not None and uneven.sure and not uneven.losses:
         return Witness(uneven.coefficient, agrees=False, bounds=False)
@@ -153,20 +150,26 @@ def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
     return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
 
 
+def _other_losses(accounts: Sequence[NoiseAccount]) -> list[tuple[NoiseAccount, OtherLoss]]:
+    """Accounts with other losses than by dry friction, and these."""
+    found = ((each, each.other_loss) for each in accounts if each.probability > 0.0)
+    return [(each, loss) for each, loss in found if loss is not None]
+
+
 def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
     """Other losses than by dry friction as the accounts of known noise have them; None without any."""
     known = [each for each in accounts if each.of_known_noise]
-    having = [each for each in known if each.losses and each.probability > 0.0]
-    share = _probabilities(having)
+    having = [loss for _, loss in _other_losses(known)]
     if not having:
         return None
+    share = np.array([each.probability for each in having])
     probability = float(share.sum() / _probabilities(known).sum())
     share /= share.sum()
     losses = {name: float(share @ [each.losses[name] for each in having]) for name in having[0].losses}
     best = max(having, key=lambda each: each.probability)
     # as if it might be negative: so much of it need not be there
     coefficient = Mixture.of([replace(each.coefficient, positive=False) for each in having], share)
-    return UnevenLoss(probability, best.loses_faster, coefficient, losses)
+    return UnevenLoss(probability, best.faster, coefficient, losses)
 
 
 def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
@@ -196,8 +199,9 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
     averages = _averages(fit, accounts)
-    if uneven is not None and uneven.losses and uneven.probability > 0.5 and fit.prediction is not None:
-        best = max((each for each in accounts if each.losses), key=lambda each: each.probability)
+    others = [each for each in accounts if each.others]
+    if sum(each.probability for each in others) > 0.5 and fit.prediction is not None:
+        best = max(others, key=lambda each: each.probability)
         averages["prediction"] = best.prediction(fit.prediction, decay.time - decay.time[0])
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
@@ -259,12 +263,12 @@ def answered(
 def _with_its_zero(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
     """The decay and its fit, less a drift of the zero where the rest needs no random force.
 
-    Where it does, as behind an AC coupling, a line is no better than what makes it.
+    Where it does, as behind an AC coupling, a smooth curve is no better than what makes it.
     """
     fit = fit_of(decay)
-    rate = zero_drift(_plain(decay, fit))
-    if rate:
-        without = decay.without_drift(rate)
+    drift = zero_drift(_plain(decay, fit))
+    if drift is not None:
+        without = decay.without_drift(drift)
         there = fit_of(without)
         if needs_no_force(_plain(without, there)):
             return without, there

@@ -115,11 +115,21 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
 
 
 def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
-    stiffer = {"cubic_stiffness.cubic_stiffness": 1e5}
-    found = fb.estimate(slow_decay(duration=20.0, noise_sd=2e-5, seed=1, effects=stiffer), SYSTEM)
+    plain = slow_decay(duration=20.0, noise_sd=2e-5, seed=1)
+    hum = 1e-4 * np.sin(1.4 * SYSTEM.natural_frequency * plain["time"].values)
+    found = fb.estimate(plain.copy(data=plain.values + hum), SYSTEM)
     assert found.random_force is not None
     assert found.random_force.probability > 0.5
     assert any("can pass for such a force" in note for note in found.notes)
+
+
+def test_a_stiffness_that_changes_with_the_swing_is_no_random_force() -> None:
+    stiffer = {"cubic_stiffness.cubic_stiffness": 1e5}
+    found = fb.estimate(slow_decay(duration=20.0, noise_sd=2e-5, seed=1, effects=stiffer), SYSTEM)
+    assert found.random_force.probability < 0.01
+    low, high = found.friction.interval(0.98)
+    assert low < 0.07 < high
+    assert high - low < 0.1 * 0.07
 
 
 @pytest.mark.parametrize(

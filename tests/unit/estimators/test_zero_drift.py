@@ -1,4 +1,4 @@
-"""A sensor whose zero drifts along a line: the line is found, taken out, and said."""
+"""A sensor whose zero drifts along a line or a curve: that is found, taken out, and said."""
 
 from __future__ import annotations
 
@@ -61,9 +61,18 @@ def test_a_drift_that_hides_the_end_of_a_decay(quantity: str) -> None:
 
 def test_the_line_is_taken_out_about_the_middle_of_the_decay() -> None:
     drifts = fb.estimate(record(drift=0.1), SYSTEM)
-    decay = drifts.decay
-    assert np.mean(decay.values - decay.without_drift(1.0).values) == pytest.approx(0.0, abs=1e-12)
     assert drifts.rest_position == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("quantity", list(UNIT))
+def test_a_zero_that_warms_up_is_taken_out(quantity: str, seed: int) -> None:
+    plain = record(quantity, seed)
+    course = 0.1 * AMPLITUDE * UNIT[quantity] * np.expm1(-np.linspace(0.0, 2.0, plain.size))
+    drifts, known = fb.estimate(plain.copy(data=plain.values + course), SYSTEM), fb.estimate(plain, SYSTEM)
+    assert drifts.friction.mean() == pytest.approx(known.friction.mean(), abs=0.5 * known.friction.std())
+    assert width(drifts) < 1.1 * width(known)
+    assert drifts.decay.drift == pytest.approx((course[-1] - course[0]) / 3.0, rel=0.1)
 
 
 def test_no_drift_is_found_where_there_is_none() -> None:

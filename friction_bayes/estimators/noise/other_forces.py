@@ -1,20 +1,23 @@
-r"""What takes energy beside constant dry friction: damping, drag, friction that varies with time or speed.
+r"""What may act in addition to a spring and constant dry friction: other losses, and a bent spring.
 
 Each is a force along a path, whose response is a column of the law:
 
-.. math:: -c\,v, \qquad -c\,v|v|, \qquad -c\,(t/T - \tfrac12)\,\mathrm{sign}\,v, \qquad
+.. math:: -c\,v, \qquad -c\,v|v|, \qquad -c\,g(t/T)\,\mathrm{sign}\,v, \qquad -c\,x^3/A^2, \qquad
           -c\,e^{-(v/v_s)^2}\,\mathrm{sign}\,v, \qquad 2c\,e^{-s/s_0}\,\mathrm{sign}\,v
 
-with ``s`` the distance from the last turning point, over which friction turns. A coefficient is measured by
-the share of the loss that it takes, friction being what dry friction alone would have to be, and of the last
-two by that friction. All of them resist, but friction may fall or grow with time, and its mean over the
-record is what is estimated. The last two are evaluated at a few speeds and lengths, each with the derivative
-in the logarithm of that as a second column.
+with ``A`` the largest swing and ``s`` the distance from the last turning point, over which friction turns. A
+loss is measured by the share of the whole that it takes, friction being what dry friction alone would have to
+be, and of the last two by that friction. All losses resist, but friction may fall or grow with time, along
+``g``, a line or a smooth curve of three Legendre polynomials; its mean over the record is what is estimated.
+A bent spring takes nothing: the frequency changes with the swing, which passes for pre-sliding where it
+cannot be fitted. The last two are evaluated at a few speeds and lengths, each with the derivative in the
+logarithm of that as a second column.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import combinations, product
 from types import MappingProxyType
@@ -24,29 +27,40 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR
 from friction_bayes.estimators.noise.added_columns import AddedColumns
+from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
 __all__ = [
+    "BENT_SPRING",
     "DISTINCT",
-    "DRIFTING",
+    "FORCES",
     "LOSSES",
     "SHAPES",
-    "loss_columns",
-    "loss_sets",
+    "grows",
     "moved_shapes",
+    "other_force_columns",
+    "other_force_sets",
     "repeated",
 ]
 
-_DAMPING, _DRAG, DRIFTING, _STRIBECK, _PRESLIDING = (
+_DAMPING, _DRAG, _DRIFTING, BENT_SPRING, _STRIBECK, _PRESLIDING = (
     "viscous damping",
     "quadratic drag",
     "friction that changes with time",
+    "a stiffness that changes with the swing",
     "friction that is higher at low speed",
     "a contact that springs before it slides",
 )
 _PROBABILITY = MappingProxyType(
-    {_DAMPING: 0.15, _DRAG: 0.03, DRIFTING: 0.03, _STRIBECK: 0.03, _PRESLIDING: 0.03}
+    {
+        _DAMPING: 0.15,
+        _DRAG: 0.03,
+        _DRIFTING: 0.03,
+        BENT_SPRING: 0.03,
+        _STRIBECK: 0.03,
+        _PRESLIDING: 0.03,
+    }
 )
 """Prior probability of each, whichever others there are: most machines are damped a little.
 
@@ -54,12 +68,18 @@ With .05 in place of .03 the intervals of 60 plain records are 1.12 in place of 
 middle, as those of dry friction alone, and of 60 in which damping takes 2 to 15 % of the loss 3.8 in place of
 3.3 times; 85 % of the latter are covered by either.
 """
-LOSSES = tuple(_PROBABILITY)
+FORCES = tuple(_PROBABILITY)
 """In words."""
-_MOST_AT_ONCE = 2
-"""Of these: three in one decay are no accident, and imitate what none of them is."""
+LOSSES = tuple(name for name in FORCES if name != BENT_SPRING)
+"""Those of them that take energy."""
+_MOST_AT_ONCE, _MOST_COLUMNS = 2, 4
+"""Of these, and of what describes them: three forces in one decay are no accident, and imitate what none of
+them is, as five columns do a random force."""
 _SIZES = tuple(UNEVEN_PRIOR)
-"""Prior sds of the share of the loss that one of them takes, as probable as each other: few take much."""
+"""Prior sds of the share of the loss that one of them takes, as probable as each other: few take much. And
+those of a bent spring over the largest."""
+_BENT = 0.05
+"""Largest prior sd of the share by which the stiffness changes with the swing, as that of the stiffness."""
 _SHAPES = MappingProxyType(
     {
         _STRIBECK: {0.05: 0.26, 0.1: 0.35, 0.2: 0.26, 0.4: 0.13},
@@ -71,19 +91,21 @@ _SHAPES = MappingProxyType(
 Speeds are log-normal about a tenth, sd one; lengths half-normal of sd a fiftieth.
 """
 SHAPES = tuple(value for values in _SHAPES.values() for value in values)
-"""Those speeds and lengths, one loss after the other."""
+"""Those speeds and lengths, one force after the other."""
 _APART = 0.5 * math.log(2.0)
 """Prior sd of the logarithm of one of these about its value."""
-_PLAIN = len(LOSSES) - len(_SHAPES)
-"""Losses without a shape, whose columns come first."""
-DISTINCT = _PLAIN + 2 * len(SHAPES)
+_PLAIN = tuple(name for name in FORCES if name not in _SHAPES)
+"""Those without a shape, whose columns come first."""
+_OF_PLAIN = tuple(name for name in _PLAIN for _ in range(CURVE_SDS.size if name == _DRIFTING else 1))
+"""Of which of them each column is, but for the prior sds."""
+DISTINCT = len(_OF_PLAIN) + 2 * len(SHAPES)
 """Columns but for their prior sds."""
 
 
-def loss_columns(
+def other_force_columns(
     path: MeasuredPath, row: Array, friction: float, until: float, shapes: tuple[float, ...] = SHAPES
 ) -> AddedColumns:
-    """Columns of the losses along a path, each once for every prior sd.
+    """Columns of these forces along a path, each once for every prior sd.
 
     Parameters
     ----------
@@ -96,9 +118,8 @@ def loss_columns(
     until : float
         Phase at the end of the decay, over which friction has its mean.
     shapes : tuple of float
-        Speeds and lengths, as of :data:`SHAPES`; without any, losses that have one are not evaluated.
+        Speeds and lengths, as of :data:`SHAPES`; without any, forces that have one are not evaluated.
     """
-    middle, duration = 0.5 * (path.phase[0] + until), until - path.phase[0]
     power = path.x**2 + path.v**2
     largest = math.sqrt(float(np.max(power)))
     speeds, lengths = np.split(np.array(shapes), [len(_SHAPES[_STRIBECK])])
@@ -107,7 +128,8 @@ def loss_columns(
         columns = [
             points.v,
             points.v * np.abs(points.v),
-            (points.phase - middle) / duration * points.direction,
+            *(smooth_curve(points.phase, until).T * points.direction),
+            points.x**3 / largest**2,
         ]
         for speed in speeds:
             square = (points.v / (speed * largest)) ** 2
@@ -121,9 +143,12 @@ def loss_columns(
 
     # friction takes 4 r/k A in a cycle, damping pi c A**2, drag 8/3 c A**3
     damping, drag = 4.0 / (math.pi * float(np.mean(np.sqrt(power)))), 1.5 / float(np.mean(power))
-    scale = friction * np.array([damping, drag, 1.0, *[1.0, _APART] * len(shapes)])
-    names = (_DAMPING, _DRAG, DRIFTING, *[_STRIBECK] * 2 * speeds.size, *[_PRESLIDING] * 2 * lengths.size)
-    of_either_sign = np.array([False, False, True, *[False, True] * len(shapes)])
+    plain = [friction * damping, friction * drag, *(friction * CURVE_SDS), _BENT]
+    scale = np.array([*plain, *[friction, friction * _APART] * len(shapes)])
+    names = (*_OF_PLAIN, *[_STRIBECK] * 2 * speeds.size, *[_PRESLIDING] * 2 * lengths.size)
+    of_either_sign = np.array(
+        [*(name in (_DRIFTING, BENT_SPRING) for name in _OF_PLAIN), *[False, True] * len(shapes)]
+    )
     states = force_response(path, forces(path.nodes))
     sensor, times = at_sensor(states, row, forces(path.samples)), len(_SIZES)
     return AddedColumns(
@@ -136,34 +161,31 @@ def loss_columns(
 
 
 @lru_cache
-def loss_sets(*, shaped: bool = True) -> tuple[Mask, Array]:
+def other_force_sets(*, shaped: bool = True) -> tuple[Mask, Array]:
     """Which of these columns act together, shape (m, k), and the logarithm of the prior odds, shape (m,).
 
-    None comes first, and has the odds one. Each loss has one prior sd, and one shape, at most. Without those
+    None comes first, and has the odds one. Each force has one prior sd, and one shape, at most. Without those
     that have a shape unless ``shaped``.
     """
     times, first = len(_SIZES), 0
     choices: dict[str, list[tuple[list[int], float]]] = {}
-    names = LOSSES if shaped else LOSSES[:_PLAIN]
+    names = FORCES if shaped else _PLAIN
     for name in names:
         own = _PROBABILITY[name]
         log_odds = math.log(own / (1.0 - own) / times)
-        shares = _SHAPES.get(name, {1.0: 1.0}).values()
-        wide = 2 if name in _SHAPES else 1
+        blocks = [(range(first + begin, first + end), share) for begin, end, share in _blocks(name)]
         choices[name] = [
-            (
-                [times * column + size for column in range(first + wide * i, first + wide * (i + 1))],
-                log_odds + math.log(share),
-            )
-            for i, share in enumerate(shares)
+            ([times * column + size for column in columns], log_odds + math.log(share))
+            for columns, share in blocks
             for size in range(times)
         ]
-        first += wide * len(shares)
+        first = max(columns.stop for columns, _ in blocks)
     together = [
         chosen
         for count in range(_MOST_AT_ONCE + 1)
         for some in combinations(names, count)
         for chosen in product(*(choices[name] for name in some))
+        if sum(len(columns) for columns, _ in chosen) <= _MOST_COLUMNS
     ]
     sets = np.zeros((len(together), times * first), np.bool_)
     for row, chosen in zip(sets, together, strict=True):
@@ -172,10 +194,24 @@ def loss_sets(*, shaped: bool = True) -> tuple[Mask, Array]:
     return sets, np.array([sum(log_odds for _, log_odds in chosen) for chosen in together])
 
 
+def _blocks(name: str) -> list[tuple[int, int, float]]:
+    """Columns of a force that act together, from one to before another, and the probabilities of these."""
+    if name == _DRIFTING:
+        return [(0, 1, 0.5), (0, CURVE_SDS.size, 0.5)]
+    shares = _SHAPES.get(name)
+    return [(0, 1, 1.0)] if shares is None else [(2 * i, 2 * i + 2, p) for i, p in enumerate(shares.values())]
+
+
 def repeated(used: Mask) -> int:
     """How many of the columns that are ``used``, shape (k,), are others with another prior sd."""
     times = used.reshape(-1, len(_SIZES)).sum(axis=1)
     return int(np.sum(np.maximum(times - 1, 0)))
+
+
+def grows(names: Sequence[str], law: Array) -> bool:
+    """Whether friction grows with time under a law, by the first of the columns of that which it has."""
+    drifting = (size for name, size in zip(names, law, strict=True) if name == _DRIFTING and size)
+    return next(drifting, 0.0) > 0.0
 
 
 def moved_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
@@ -188,7 +224,7 @@ def moved_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
     shapes : tuple of float
         Of these columns; as they are where none has a shape.
     """
-    size, slope = law.reshape(-1, len(_SIZES)).sum(axis=1)[_PLAIN:].reshape(-1, 2).T
+    size, slope = law.reshape(-1, len(_SIZES)).sum(axis=1)[len(_OF_PLAIN) :].reshape(-1, 2).T
     if size.size == 0:
         return shapes
     moved = np.clip(slope / np.where(size == 0.0, 1.0, size), -2.0 * _APART, 2.0 * _APART)
