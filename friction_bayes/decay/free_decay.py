@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.checks import finite
 from friction_bayes.core.declared_force import frequencies_disagree
 from friction_bayes.core.errors import InputError
@@ -94,6 +94,8 @@ class FreeDecay:
     drift : float
         Mean rate of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal a
         second.
+    stray : tuple of float
+        Times in the record of samples far outside the noise that are left out of ``values`` [s].
     other_frequency, other_share : float
         Angular frequency of the next strongest oscillation in the spectrum [rad/s] and its amplitude over
         that of the one followed; nan where there is none.
@@ -116,6 +118,7 @@ class FreeDecay:
     driven: bool = False
     later: int = 0
     drift: float = 0.0
+    stray: tuple[float, ...] = ()
     other_frequency: float = math.nan
     other_share: float = math.nan
 
@@ -140,6 +143,18 @@ class FreeDecay:
         """The same less a drift of the sensor's zero, at each sample, shape (n,)."""
         rate = float(drift[-1] - drift[0]) / self.duration
         return replace(self, values=self.values - drift, drift=self.drift + rate)
+
+    def without_stray(self, stray: Mask) -> FreeDecay:
+        """The same without some samples, shape (n,), neither the first nor the last of them."""
+        time, kept = self.time, ~stray
+        left_out = (self.start_time + time[stray]).tolist()
+        return replace(
+            self,
+            values=self.values[kept],
+            stamps=time[kept],
+            step=self.duration / (int(kept.sum()) - 1),
+            stray=(*self.stray, *left_out),
+        )
 
     def half_a_cycle_later(self) -> FreeDecay:
         """The same from a sixteenth of a cycle after the next turning point on."""
@@ -202,6 +217,12 @@ class FreeDecay:
             notes.append(
                 f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} a second in the "
                 "mean, which is taken out"
+            )
+        if self.stray:
+            one = len(self.stray) == 1
+            notes.append(
+                f"{self.name}: {len(self.stray)} {'sample lies' if one else 'samples lie'} far outside the "
+                f"noise, the first at {min(self.stray):.6g} s, and {'is' if one else 'are'} left out"
             )
         if self.other_share > 0.0:
             notes.append(

@@ -36,6 +36,7 @@ from friction_bayes.estimators.equally_probable import EquallyProbable, equally_
 from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.noise_level import looks_white
+from friction_bayes.estimators.noise.stray_samples import stray_samples
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import far_apart, rather_a_push
@@ -360,12 +361,17 @@ def _whole_signals(decays: FreeDecays) -> Fits | None:
 
 
 def _look_longer(white: Mask, used: Mask, decays: FreeDecays, fits: Fits) -> None:
-    """Mark those residuals that a longer look finds white; none of a method that leaves no residual."""
+    """Mark those residuals that a longer look finds white, without any stray sample.
+
+    None of a method that leaves no residual.
+    """
     if fits.residual is None:
         return
     for row in np.flatnonzero(used & fits.found & ~white & (decays.counts >= LEAST_SAMPLES)).tolist():
-        phase = fits.frequency[row] * decays.decay(row).time
-        white[row] = looks_white(fits.residual(row), phase, decays.quantity.order, _COEFFICIENTS)
+        decay, residual = decays.decay(row), fits.residual(row)
+        if not stray_samples(residual, float(np.ptp(decay.values))).any():
+            phase = fits.frequency[row] * decay.time
+            white[row] = looks_white(residual, phase, decays.quantity.order, _COEFFICIENTS)
 
 
 def _refuse_saturated(table: Array, used: Mask, decays: FreeDecays, white: Mask) -> None:
@@ -398,7 +404,10 @@ def _judged(
         "disturbed_release": located.disturbed > 0,
         "driven_before": located.driven,
         "frequency": far_apart(system, frequency, frequency_sd),
-        **{name: np.zeros_like(used) for name in ("later_start", "uneven_loss", "pendulum")},
+        **{
+            name: np.zeros_like(used)
+            for name in ("later_start", "uneven_loss", "pendulum", "samples_set_aside")
+        },
     }
     for row in np.flatnonzero(used).tolist():
         decay, uneven = looked_at.get(row, (None, False))
@@ -407,6 +416,7 @@ def _judged(
             uneven = not straight[row] and _sure(uneven_loss(decay))
         if decay is not None:
             found["later_start"][row] = decay.later > 0
+            found["samples_set_aside"][row] = bool(decay.stray)
             found["uneven_loss"][row] = uneven
             found["pendulum"][row] = bool(pendulum_notes(decay))
     judged = flags.copy()

@@ -39,7 +39,7 @@ from friction_bayes.estimators.noise.other_forces import (
     FORCES,
     LOSSES,
     SHAPES,
-    grows,
+    falls_faster,
     moved_shapes,
 )
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
@@ -168,14 +168,14 @@ class NoiseAccount:
         given = part.posterior.among(np.broadcast_to(losing, part.posterior.weight.shape))
         return OtherLoss(
             probability=self.probability * share,
-            faster=not grows(part.laid.regression.names, given.best_law()),
+            faster=falls_faster(part.laid.regression.names, given.best_law()),
             coefficient=self._in_unit(given.coefficient("friction")),
             losses={name: part.others[name] / share for name in LOSSES},
         )
 
     @property
     def bent_spring(self) -> tuple[float, float]:
-        """Probability of the account and a stiffness that changes with the swing, and by what share it does."""
+        """Probability of the account and of a stiffness that changes with the swing, and its share."""
         regression = self._part.laid.regression
         bent = np.array(regression.names) == BENT_SPRING
         share = float(self._part.posterior.best_law()[bent].sum())

@@ -37,7 +37,7 @@ __all__ = [
     "FORCES",
     "LOSSES",
     "SHAPES",
-    "grows",
+    "falls_faster",
     "moved_shapes",
     "other_force_columns",
     "other_force_sets",
@@ -208,14 +208,20 @@ def repeated(used: Mask) -> int:
     return int(np.sum(np.maximum(times - 1, 0)))
 
 
-def grows(names: Sequence[str], law: Array) -> bool:
-    """Whether friction grows with time under a law, by the first of the columns of that which it has."""
-    drifting = (size for name, size in zip(names, law, strict=True) if name == _DRIFTING and size)
-    return next(drifting, 0.0) > 0.0
+def falls_faster(names: Sequence[str], law: Array) -> bool:
+    """Whether the amplitude falls faster while it is larger under a law, by the first loss that it has.
+
+    And not slower, as where friction grows with time, by the first column of that, or at low speed.
+    """
+    losses = ((name, size) for name, size in zip(names, law, strict=True) if name in LOSSES and size)
+    name, size = next(losses, (_DAMPING, 1.0))
+    return name != _STRIBECK and (name != _DRIFTING or size < 0.0)
 
 
 def moved_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
     """The speeds and lengths, those of a law moved by a Gauss-Newton step.
+
+    Each stays near the value whose part of the prior it has: far from all of them the prior has none.
 
     Parameters
     ----------
@@ -228,7 +234,10 @@ def moved_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:
     if size.size == 0:
         return shapes
     moved = np.clip(slope / np.where(size == 0.0, 1.0, size), -2.0 * _APART, 2.0 * _APART)
-    return tuple((np.array(shapes) * np.exp(moved)).tolist())
+    near = np.exp(2.0 * _APART)
+    return tuple(
+        np.clip(np.array(shapes) * np.exp(moved), np.array(SHAPES) / near, np.array(SHAPES) * near).tolist()
+    )
 
 
 def _slid(path: MeasuredPath, points: Points) -> Array:

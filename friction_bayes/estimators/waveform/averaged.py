@@ -34,6 +34,7 @@ from friction_bayes.estimators.noise.noise_accounts import (
     needs_no_force,
     noise_accounts,
 )
+from friction_bayes.estimators.noise.stray_samples import stray_samples
 from friction_bayes.estimators.noise.zero_drift import zero_drift
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.estimators.witness import Witness
@@ -51,6 +52,10 @@ _MUCH_LESS = 0.5
 """Width of the interval from half a cycle later over that from the start below which the later is taken: of
 eight half cycles one less widens it by a fifth, give or take a quarter. And share of what white noise leaves
 of all squares that is in the first of them by no chance."""
+_MOST_FITS = 4
+"""Without stray samples: the first may hide others."""
+_FROM_TURN = 0.5
+"""Phase from a turning point, about, within which no velocity or acceleration is stray."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -240,7 +245,7 @@ def answered(
     decay, fit
         What was fitted of it, and the fit.
     """
-    decay, fit = _with_its_zero(decay, fit_of)
+    decay, fit = _with_its_zero(*_without_stray(decay, fit_of), fit_of)
     fit = averaged_over_accounts(decay, fit)
     for _ in range(0 if from_here else _MOST_LATER):
         if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
@@ -260,12 +265,29 @@ def answered(
     return decay, fit
 
 
-def _with_its_zero(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
+def _without_stray(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
+    """The decay without stray samples, and its fit."""
+    fit = fit_of(decay)
+    for _ in range(_MOST_FITS):
+        if fit.prediction is None or fit.motion is None:
+            break
+        stray = stray_samples(decay.values - fit.prediction, float(np.ptp(decay.values)))
+        if decay.quantity.order > 0:
+            # an acceleration jumps where the motion turns, and a velocity bends, which a filter rounds
+            x, v = fit.motion.states.T
+            stray &= np.abs(v) > _FROM_TURN * np.hypot(x, v)
+        if not stray.any():
+            break
+        decay = decay.without_stray(stray)
+        fit = fit_of(decay)
+    return decay, fit
+
+
+def _with_its_zero(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
     """The decay and its fit, less a drift of the zero where the rest needs no random force.
 
     Where it does, as behind an AC coupling, a smooth curve is no better than what makes it.
     """
-    fit = fit_of(decay)
     drift = zero_drift(_plain(decay, fit))
     if drift is not None:
         without = decay.without_drift(drift)

@@ -33,6 +33,7 @@ from friction_bayes.estimators.noise.noise_level import (
     samples_in_mean,
     samples_of_colour,
 )
+from friction_bayes.estimators.noise.stray_samples import SURELY_NONE
 from friction_bayes.estimators.waveform.least_squares import WaveformFits
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
@@ -110,13 +111,26 @@ def _glance_all(
         moving = values[r, located.start[r] : located.stop[r]]
         found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual)
         angle = 2.0 * p[ADVANCE] / (n - 1)
-        if _surely_uncorrelated(work, n) and _surely_without_colour(residual, samples_of_colour(angle), few):
+        if (
+            _largest(residual) < SURELY_NONE
+            and _surely_uncorrelated(work, n)
+            and _surely_without_colour(residual, samples_of_colour(angle), few)
+        ):
             block = samples_in_mean(angle)
             means = np.empty(n // block)
             fill_block_means(residual, block, 0.0, means)
             if means.size > COEFFICIENTS:
                 table = _table_for(angle * block, means.size, row, order, forces, table)
                 found.white[r] = probability_of_none(means, row, forces, table) >= _NONE
+
+
+@njit(**INNER, fastmath={"reassoc", "nnan", "nsz"})
+def _largest(x: NDArray[np.float32]) -> float:
+    """Largest size of any value."""
+    most = np.float32(0.0)
+    for i in range(x.size):
+        most = max(most, abs(x[i]))
+    return most
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})

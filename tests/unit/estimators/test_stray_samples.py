@@ -1,0 +1,88 @@
+"""Single samples far outside the noise, which a fit leaves out and says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+from friction_bayes.core.arrays import Array
+from friction_bayes.estimators.noise.stray_samples import stray_samples
+
+SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
+FRICTION, AMPLITUDE = 0.4, 0.0203
+UNIT = {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}
+
+
+def record(quantity: str, seed: int) -> xr.DataArray:
+    scale = AMPLITUDE * UNIT[quantity]
+    return fb.simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=AMPLITUDE,
+        duration=3.0,
+        sampling_rate=200.0,
+        noise_sd=2e-3 * scale,
+        seed=seed,
+        quantity=quantity,
+    )
+
+
+def width(estimate: fb.Estimate) -> float:
+    low, high = estimate.friction.interval(0.9)
+    return float(high - low)
+
+
+@pytest.mark.parametrize("quantity", list(UNIT))
+def test_friction_is_known_as_well_as_without_them(quantity: str) -> None:
+    """Three within the range of the motion, halfway from turn to turn, two of them next to each other."""
+    plain = record(quantity, 1)
+    clean = fb.estimate(plain, SYSTEM)
+    places = [47, 48, 110]
+    values = plain.values.copy()
+    values[places] += AMPLITUDE * UNIT[quantity] * np.array([0.2, -0.15, 0.3])
+    found = fb.estimate(plain.copy(data=values), SYSTEM)
+    times = plain["time"].values[places]
+    assert found.decay.stray == pytest.approx(tuple(times), abs=1e-9)
+    assert found.friction.mean() == pytest.approx(clean.friction.mean(), abs=0.3 * width(clean))
+    assert width(found) < 1.1 * width(clean)
+    assert any(
+        f"3 samples lie far outside the noise, the first at {times[0]:.6g} s" in n for n in found.notes
+    )
+
+
+@pytest.mark.parametrize("quantity", list(UNIT))
+def test_none_is_found_in_noise(quantity: str) -> None:
+    """Of 7,200 samples each: at five sd and more, by chance one in a million is."""
+    assert all(not fb.estimate(record(quantity, seed), SYSTEM).decay.stray for seed in range(12))
+
+
+def curve(n: int) -> Array:
+    return np.sin(np.linspace(0.0, 40.0, n))
+
+
+def test_what_changes_from_sample_to_sample_as_a_motion_does_is_not_stray(rng: np.random.Generator) -> None:
+    """A misfit that is smooth, and one that is spiked at every turn, next to noise a thousandth as large."""
+    smooth = curve(2000) + 1e-3 * rng.standard_normal(2000)
+    assert not stray_samples(smooth, 10.0).any()
+    spiked = curve(2000) ** 21 + 1e-3 * rng.standard_normal(2000)
+    assert not stray_samples(spiked, 10.0).any()
+
+
+def test_the_ends_and_a_signal_without_noise_have_none() -> None:
+    lone = np.zeros(100)
+    lone[[0, 50, 99]] = 1.0
+    assert not stray_samples(lone, 2.0).any()
+    lone += 1e-3 * np.cos(np.arange(100) ** 2)
+    assert np.flatnonzero(stray_samples(lone, 2.0)).tolist() == [50]
+
+
+def test_one_record_and_a_batch_leave_out_the_same() -> None:
+    records = [record("displacement", seed) for seed in range(4)]
+    records[2].values[100] += 0.1 * AMPLITUDE
+    with pytest.warns(fb.RecordWarning, match="set aside: 1"):
+        batch = fb.estimate_batch(xr.concat(records, "record"), SYSTEM)
+    alone = fb.estimate(records[2], SYSTEM)
+    assert len(alone.decay.stray) == 1
+    assert float(batch["friction_mean"][2]) == pytest.approx(alone.friction.mean(), rel=1e-10)
