@@ -29,6 +29,7 @@ _STRENGTHS = (
     "static_excess",
     "relative_change",
     "drift_curvature",
+    "drift_cubic",
     "cubic",
     "stiffness_change",
     "friction_tilt",
