@@ -495,7 +495,8 @@ def _refusal(
     cycles = system.natural_frequency * (clock[-1] - clock[0]) / math.pi
     return InputError(
         name,
-        f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
+        f"fewer than three half cycles of free motion are found in a record of {cycles:.1f} half periods, "
+        "pi sqrt(m/k)",
         ("give a longer record" if cycles < LEAST_HALF_CYCLES + 1.0 else "release it from farther away")
         + f", or check {system.moving_name} and stiffness, for {_declared(system)}",
     )

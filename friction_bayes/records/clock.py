@@ -159,11 +159,14 @@ def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, uni
             "split the file there and give each by itself",
         )
     what = "is doubled" if time[k] == time[k - 1] else f"runs backwards from {before}"
+    doubled = bool(np.any(time[wrong] == time[wrong - 1]))
     return InputError(
         name,
         f"time {what} at {place}",
-        "sort the rows; of doubled stamps --duplicates first or mean takes one sample; if the clock is at "
-        f"fault, give --sampling-rate, or take the part before it, --end {time[k - 1]:.9g}",
+        "sort the rows; "
+        + ("of doubled stamps --duplicates first or mean takes one sample; " if doubled else "")
+        + "if the clock is at fault, give --sampling-rate, or take the part before it, "
+        f"--end {time[k - 1]:.9g}",
     )
 
 

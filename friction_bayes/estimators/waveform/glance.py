@@ -130,7 +130,7 @@ def _largest(x: NDArray[np.float32]) -> float:
     most = np.float32(0.0)
     for i in range(x.size):
         most = max(most, abs(x[i]))
-    return most
+    return float(most)
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
