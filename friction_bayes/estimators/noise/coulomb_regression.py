@@ -283,14 +283,14 @@ class Laid:
     @property
     def has_free_corners(self) -> bool:
         """Whether corners may have any shape."""
-        return self.regression.names[-1].startswith(CORNER)
+        return any(name.startswith(CORNER) for name in self.regression.names)
 
     @property
     def kind(self) -> str:
         """Of the law: with corners of any shape, with other forces than dry friction, or neither."""
-        if self.has_free_corners:
-            return "free corners"
-        return "other forces" if self.has_other_forces else "dry friction"
+        if self.has_other_forces:
+            return "other forces"
+        return "free corners" if self.has_free_corners else "dry friction"
 
     @property
     def has_other_forces(self) -> bool:

@@ -50,7 +50,7 @@ from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import shown, smooth
 from friction_bayes.statespace.problem import Member, Problem, Spread
-from friction_bayes.statespace.regression import frequency_change
+from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.sampling.law_target import law_target
 
 __all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "OtherLoss", "needs_no_force", "noise_accounts"]
@@ -155,7 +155,7 @@ class NoiseAccount:
     def others(self) -> dict[str, float]:
         return self._part.others
 
-    @property
+    @cached_property
     def other_loss(self) -> OtherLoss | None:
         """What takes energy in addition to dry friction; None where nothing does."""
         part = self._part
@@ -225,8 +225,10 @@ class NoiseAccount:
     @cached_property
     def _posterior(self) -> Posterior:
         part = self._part
-        # of several sets the noise is taken as found
-        return part.posterior if part.others else over_noise(part.apart, part.posterior, part.prior)
+        if part.others:
+            # of several sets the noise is taken as found
+            return part.posterior
+        return over_noise(_apart(part.laid.regression), part.posterior, part.prior)
 
     @cached_property
     def _stiffness(self) -> Mixture:
@@ -319,9 +321,8 @@ class NoiseAccount:
         return coefficient.scaled(self._unit).widened(self._part.fewer)
 
     def _target(self, force_factor: float, row: int) -> Target:
-        laid, problem = self._part.laid, self._part.apart
-        if self._part.others:
-            problem = Problem.of(laid.regression.of_columns(laid.regression.sets[row]))
+        laid = self._part.laid
+        problem = _apart(laid.regression.of_columns(laid.regression.sets[row]))
         names = [problem.names[j] for j in problem.shared]
         friction, stiffness = names.index("friction"), names.index("stiffness")
         unit, noise_unit, forced = self._unit, self._noise_unit, self.forced
@@ -744,13 +745,6 @@ class _Evaluated:
     log_prior: float
     weaker_above: bool = False
 
-    @cached_property
-    def apart(self) -> Problem:
-        """The regression with the corners integrated out, their prior in units of the noise."""
-        regression = self.laid.regression
-        corners = np.array([name.startswith(CORNER) for name in regression.names])
-        return Problem([Member(regression=regression)], corners, Spread.none(len(regression.sets)))
-
     @property
     def log_evidence(self) -> float:
         """Of the record in the unit of its signal, up to what all accounts share."""
@@ -846,6 +840,12 @@ def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool 
     if forced:
         posterior = posterior.among((posterior.ratio > 0.0)[:, None])
     return _Evaluated(laid, posterior, prior, log_prior)
+
+
+def _apart(regression: LawRegression) -> Problem:
+    """A regression with the corners integrated out, their prior in units of the noise."""
+    corners = np.array([name.startswith(CORNER) for name in regression.names])
+    return Problem([Member(regression=regression)], corners, Spread.none(len(regression.sets)))
 
 
 def _best(parts: Sequence[_Evaluated]) -> _Evaluated:
