@@ -272,7 +272,7 @@ def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...
             case "friction_drift":
                 given |= {"relative_change": p[0]}
             case "curved_friction_drift":
-                given |= {"relative_change": p[0], "drift_curvature": p[1], "drift_cubic": p[2]}
+                given |= {"relative_change": p[0], "drift_curvature": p[1]}
             case "cubic_stiffness":
                 given |= {"cubic": p[0] * s**2}
             case "stiffness_drift":
@@ -290,7 +290,6 @@ def _pushes_at_some_time(law: AddedLaw) -> bool:
     """Whether friction falls below zero as the record goes on, which no contact does, and no stop ends."""
     u = np.linspace(-0.5, 0.5, 101)
     level = 1.0 + law.relative_change * u + law.drift_curvature * (u**2 - 1.0 / 12.0)
-    level += law.drift_cubic * (u**3 - 0.15 * u)
     return bool(level.min() < 0.0)
 
 

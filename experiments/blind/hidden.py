@@ -29,7 +29,6 @@ _STRENGTHS = (
     "static_excess",
     "relative_change",
     "drift_curvature",
-    "drift_cubic",
     "cubic",
     "stiffness_change",
     "friction_tilt",

@@ -57,9 +57,8 @@ class Law:
         A one-sided spring, ``stop_stiffness (x - stop_gap)`` beyond the gap.
     patch_centre, patch_width, patch_boost : float
         Friction higher around one position, ``d (1 + boost exp(-((x - centre)/width)**2))``.
-    drift_curvature, drift_cubic : float
-        Of friction over the record, times the square and the cube of the time from its middle over the
-        duration, less what changes the mean and the slope.
+    drift_curvature : float
+        Of friction over the record, times the square of the time from its middle over the duration.
     stiffness_change, quadratic_stiffness : float
         ``(1 + e (t/duration - 1/2)) x`` and ``x + quadratic_stiffness x |x|``.
     friction_tilt, friction_rise, friction_bend : float
@@ -85,7 +84,6 @@ class Law:
     stribeck_velocity: float = 1.0
     relative_change: float = 0.0
     drift_curvature: float = 0.0
-    drift_cubic: float = 0.0
     cubic: float = 0.0
     duration: float = 1.0
     stop_gap: float = 0.0

@@ -56,8 +56,6 @@ class AddedLaw(Law):
             level += self.relative_change * (t / self.duration - 0.5)
         if self.drift_curvature:
             level += self.drift_curvature * ((t / self.duration - 0.5) ** 2 - 1.0 / 12.0)
-        if self.drift_cubic:
-            level += self.drift_cubic * ((t / self.duration - 0.5) ** 3 - 0.15 * (t / self.duration - 0.5))
         return self.friction * level
 
 

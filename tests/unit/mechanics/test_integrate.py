@@ -105,10 +105,8 @@ TERMS = {
         lambda t, x, v, s: K * x + R * s * (1 + 1.1 * (t / T - 0.5)),
     ),
     "curved_friction_drift": (
-        {"relative_change": -0.7, "curvature": 2.0, "cubic_change": -1.6},
-        lambda t, x, v, s: (
-            K * x + R * s * np.polynomial.Polynomial([1 - 1 / 6, -0.7 + 0.24, 2.0, -1.6])(t / T - 0.5)
-        ),
+        {"relative_change": -0.7, "curvature": 2.0},
+        lambda t, x, v, s: K * x + R * s * (1 - 0.7 * (t / T - 0.5) + 2.0 * ((t / T - 0.5) ** 2 - 1 / 12)),
     ),
     "stiffness_drift": (
         {"relative_change": 0.02},
