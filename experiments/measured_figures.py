@@ -31,7 +31,7 @@ def draw(case: xr.Dataset) -> Figure:
             panels[name].plot(time[part], fit[part], color=MODEL, lw=0.9, ls="--")
         panels["all"].set_ylabel(f"{case['quantity'].item().replace('_', ' ')} [{unit}]")
         panels["all"].set_title(case["record"].item(), loc="left")
-        panels["end"].set_title("its end", loc="left")
+        panels["end"].set_title("its end", loc="right")
         panels["left"].plot(time, residual, color=ACCENT, lw=0.7)
         panels["left"].axhline(0.0, color="#999999", lw=0.6)
         panels["left"].set_ylabel(f"left over [{unit}]")

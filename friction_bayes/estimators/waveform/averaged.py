@@ -204,7 +204,8 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
     averages = _averages(fit, accounts)
-    others = [each for each in accounts if each.others]
+    # under a random force a law alone wanders off
+    others = [each for each in accounts if each.others and not each.forced]
     if sum(each.probability for each in others) > 0.5 and fit.prediction is not None:
         best = max(others, key=lambda each: each.probability)
         averages["prediction"] = best.prediction(fit.prediction, decay.time - decay.time[0])

@@ -128,3 +128,26 @@ def test_friction_is_right_under_each_force(effects: dict[str, float], quantity:
     assert found.random_force.probability < 0.01
     left = np.abs(found.decay.values - found.fit.prediction)
     assert np.median(left[: left.size // 2]) == pytest.approx(0.6745 * 2e-5 * scale, rel=0.1)
+
+
+def test_a_law_with_a_random_force_draws_the_fit_of_dry_friction() -> None:
+    """Alone it would wander off by what the force does: it leaves no more than that fit."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=AMPLITUDE,
+        duration=5.0,
+        sampling_rate=400.0,
+        noise_sd=2e-5,
+        seed=3,
+        effects={
+            "viscous_damping.damping_ratio": 0.006,
+            "random_force.sd": 0.2 * FRICTION,
+            "random_force.correlation_time": 0.2,
+        },
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.RecordWarning)
+        found, plain = fb.estimate(record, SYSTEM), fb.estimate(record, SYSTEM, random_force="none")
+    assert sum(each.probability for each in found.fit.accounts if each.forced and each.others) > 0.5
+    assert np.array_equal(found.fit.prediction, plain.fit.prediction)
