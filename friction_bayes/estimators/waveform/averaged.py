@@ -30,7 +30,6 @@ from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import (
     SLIGHT,
     NoiseAccount,
-    OtherLoss,
     needs_no_force,
     noise_accounts,
 )
@@ -130,15 +129,15 @@ def _witness_of(
 
     Where the loss is surely uneven, friction is what that leaves to it, and disagrees with a fit of dry
     friction alone. What lies between the two is what other laws leave to it: drag in proportion to the square
-    of the velocity, and friction that changes with time. Where the whole signal says which of them, in white
-    noise, the amplitudes alone say nothing more; behind a filter what it leaves may pass for a loss, and dry
-    friction alone by the amplitudes remains a witness.
+    of the velocity, and friction that changes with time. Where the whole signal says which of them, or that
+    the spring is bent, in white noise, the amplitudes alone say nothing more; behind a filter what it leaves
+    may pass for a loss, and dry friction alone by the amplitudes remains a witness.
 
     It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    if sum(loss.probability for each, loss in _other_losses(accounts) if each.plain) > 0.5:
+    if sum(each.probability for each in accounts if each.others and each.plain) > 0.5:
         return None
     if uneven is not None and uneven.sure and not uneven.losses:
         return Witness(uneven.coefficient, agrees=False, bounds=False)
@@ -155,16 +154,11 @@ def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
     return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
 
 
-def _other_losses(accounts: Sequence[NoiseAccount]) -> list[tuple[NoiseAccount, OtherLoss]]:
-    """Accounts with other losses than by dry friction, and these."""
-    found = ((each, each.other_loss) for each in accounts if each.probability > 0.0)
-    return [(each, loss) for each, loss in found if loss is not None]
-
-
 def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
     """Other losses than by dry friction as the accounts of known noise have them; None without any."""
     known = [each for each in accounts if each.of_known_noise]
-    having = [loss for _, loss in _other_losses(known)]
+    found = [each.other_loss for each in known if each.probability > 0.0]
+    having = [loss for loss in found if loss is not None]
     if not having:
         return None
     share = np.array([each.probability for each in having])
