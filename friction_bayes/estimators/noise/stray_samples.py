@@ -30,6 +30,8 @@ _MIDDLE_FOUR = 1.28
 """Mean range of the middle four of six normal values, in sd."""
 _QUANTILE = 0.9
 """Of distances and residuals, by which their sds are known whatever stray samples there are."""
+_ROUNDING = 1e-9
+"""Share of the range of the signal by which a fit without noise may be off."""
 SURELY_NONE = 5.0
 """Largest residual over its sd with which none is rather stray."""
 
@@ -46,7 +48,7 @@ def stray_samples(residual: Array, span: float) -> Mask:
     """
     distance = np.abs(residual - median_filter(residual, footprint=_AROUND, mode="nearest"))
     usual = max(float(np.quantile(each, _QUANTILE)) for each in (distance, np.abs(residual)))
-    if not 0.0 < usual < span:
+    if not _ROUNDING * span < usual < span:
         return np.zeros(residual.size, np.bool_)
     low, high = (rank_filter(residual, rank, footprint=_AROUND, mode="nearest") for rank in (1, -2))
     sd = np.maximum(usual / float(ndtri(0.5 + 0.5 * _QUANTILE)), (high - low) / _MIDDLE_FOUR)
