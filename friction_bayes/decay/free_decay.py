@@ -168,6 +168,7 @@ class FreeDecay:
             stamps=None if self.stamps is None else self.stamps[first:] - start,
             phase=(self.phase + self.frequency * start) % (2.0 * math.pi),
             later=self.later + 1,
+            stray=tuple(time for time in self.stray if time >= self.start_time + start),
         )
 
     @property

@@ -295,7 +295,7 @@ class Laid:
     @property
     def has_other_forces(self) -> bool:
         """Whether others than dry friction act."""
-        return self.regression.names[-1] in FORCES
+        return bool(self.of_other_forces.any())
 
     @property
     def of_other_forces(self) -> Mask:

@@ -24,6 +24,7 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.decay.whiteness import Whiteness, whiteness
+from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
 from friction_bayes.estimators.noise.coulomb_regression import (
     CORNER,
     LEAST_SAMPLES,
@@ -53,10 +54,10 @@ from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.sampling.law_target import law_target
 
-__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "OtherLoss", "needs_no_force", "noise_accounts"]
+__all__ = ["SLIGHT", "UNLISTED", "NoiseAccount", "needs_no_force", "noise_accounts"]
 
 SLIGHT = 0.01
-"""Probability of an account below which it is omitted."""
+"""Probability of an account or a part of one below which it is not sampled, named, or followed further."""
 UNLISTED = "a low pass of a kind that is not listed"
 """Name of such a filter."""
 _NEGLIGIBLE = 1e-6
@@ -75,27 +76,6 @@ _MOST_MOTIONS = 12
 """Of a law with other forces, each along the motion under the one before."""
 _SAME = 0.1
 """Log evidence by which a further one changes nothing."""
-
-
-class OtherLoss(NamedTuple):
-    """What takes energy in addition to dry friction in an account.
-
-    Attributes
-    ----------
-    probability : float
-        Of the account and of such a loss.
-    faster : bool
-        Whether the amplitude rather falls faster while it is larger.
-    coefficient : Mixture
-        Friction coefficient ``u`` of the signal then.
-    losses : dict
-        Probability of each then, by its name.
-    """
-
-    probability: float
-    faster: bool
-    coefficient: Mixture
-    losses: dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,30 +136,37 @@ class NoiseAccount:
         return self._part.others
 
     @cached_property
-    def other_loss(self) -> OtherLoss | None:
-        """What takes energy in addition to dry friction; None where nothing does."""
-        part = self._part
-        if not part.others:
+    def other_loss(self) -> UnevenLoss | None:
+        """What takes energy in addition to dry friction, by the probability of both; None where nothing does."""
+        share, given = self._given(LOSSES)
+        if given is None:
             return None
-        losing = part.laid.acting[:, [name in LOSSES for name in FORCES]].any(axis=1)
-        share = float(part.share_of_sets[losing].sum())
-        if share == 0.0:
-            return None
-        given = part.posterior.among(np.broadcast_to(losing, part.posterior.weight.shape))
-        return OtherLoss(
+        return UnevenLoss(
             probability=self.probability * share,
-            faster=falls_faster(part.laid.regression.names, given.best_law()),
+            faster=falls_faster(self._part.laid.regression.names, given.best_law()),
             coefficient=self._in_unit(given.coefficient("friction")),
-            losses={name: part.others[name] / share for name in LOSSES},
+            losses={name: self.others[name] / share for name in LOSSES},
         )
 
     @property
     def bent_spring(self) -> tuple[float, float]:
         """Probability of the account and of a stiffness that changes with the swing, and its share."""
-        regression = self._part.laid.regression
-        bent = np.array(regression.names) == BENT_SPRING
-        share = float(self._part.posterior.best_law()[bent].sum())
-        return self.probability * self.others.get(BENT_SPRING, 0.0), share
+        share, given = self._given((BENT_SPRING,))
+        if given is None:
+            return 0.0, 0.0
+        bent = np.array(self._part.laid.regression.names) == BENT_SPRING
+        return self.probability * share, float(given.best_law()[bent].sum())
+
+    def _given(self, forces: Sequence[str]) -> tuple[float, Posterior | None]:
+        """Probability that some of these forces act, and the posterior then; None where they do not."""
+        part = self._part
+        if not part.others:
+            return 0.0, None
+        having = part.laid.acting[:, [name in forces for name in FORCES]].any(axis=1)
+        share = float(part.share_of_sets[having].sum())
+        if share == 0.0:
+            return 0.0, None
+        return share, part.posterior.among(np.broadcast_to(having, part.posterior.weight.shape))
 
     @property
     def filter(self) -> RecordingFilter | None:

@@ -164,7 +164,8 @@ def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
     share = np.array([each.probability for each in having])
     probability = float(share.sum() / _probabilities(known).sum())
     share /= share.sum()
-    losses = {name: float(share @ [each.losses[name] for each in having]) for name in having[0].losses}
+    named = [each.losses or {} for each in having]
+    losses = {name: float(share @ [each[name] for each in named]) for name in named[0]}
     best = max(having, key=lambda each: each.probability)
     # as if it might be negative: so much of it need not be there
     coefficient = Mixture.of([replace(each.coefficient, positive=False) for each in having], share)

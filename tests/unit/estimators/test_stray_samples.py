@@ -7,31 +7,9 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from eighteen_half_cycles import AMPLITUDE, SYSTEM, UNIT, record, width
 from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.noise.stray_samples import stray_samples
-
-SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
-FRICTION, AMPLITUDE = 0.4, 0.0203
-UNIT = {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}
-
-
-def record(quantity: str, seed: int) -> xr.DataArray:
-    scale = AMPLITUDE * UNIT[quantity]
-    return fb.simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=AMPLITUDE,
-        duration=3.0,
-        sampling_rate=200.0,
-        noise_sd=2e-3 * scale,
-        seed=seed,
-        quantity=quantity,
-    )
-
-
-def width(estimate: fb.Estimate) -> float:
-    low, high = estimate.friction.interval(0.9)
-    return float(high - low)
 
 
 @pytest.mark.parametrize("quantity", list(UNIT))

@@ -2,39 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-import xarray as xr
 
 import friction_bayes as fb
-
-SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
-FRICTION, AMPLITUDE = 0.4, 0.0203
-UNIT = {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}
-
-
-def record(quantity: str = "displacement", seed: int = 1, drift: float = 0.0, **setting: Any) -> xr.DataArray:
-    """Eighteen half cycles, with a drift over the whole record in units of the amplitude."""
-    scale = AMPLITUDE * UNIT[quantity]
-    plain = fb.simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=AMPLITUDE,
-        duration=3.0,
-        sampling_rate=200.0,
-        noise_sd=2e-3 * scale,
-        seed=seed,
-        quantity=quantity,
-        **setting,
-    )
-    return plain.copy(data=plain.values + drift * scale * np.linspace(-0.5, 0.5, plain.size))
-
-
-def width(estimate: fb.Estimate) -> float:
-    low, high = estimate.friction.interval(0.9)
-    return float(high - low)
+from eighteen_half_cycles import AMPLITUDE, FRICTION, SYSTEM, UNIT, record, width
+from friction_bayes.estimators.noise.smooth_curve import smooth_curve
 
 
 @pytest.mark.parametrize("quantity", list(UNIT))
@@ -61,6 +34,8 @@ def test_a_drift_that_hides_the_end_of_a_decay(quantity: str) -> None:
 
 def test_the_line_is_taken_out_about_the_middle_of_the_decay() -> None:
     drifts = fb.estimate(record(drift=0.1), SYSTEM)
+    time = drifts.decay.time
+    assert np.mean(smooth_curve(time, time[-1])[:, 0]) == pytest.approx(0.0, abs=1e-12)
     assert drifts.rest_position == pytest.approx(0.0, abs=1e-4)
 
 
