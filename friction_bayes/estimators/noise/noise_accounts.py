@@ -137,7 +137,7 @@ class NoiseAccount:
 
     @cached_property
     def other_loss(self) -> UnevenLoss | None:
-        """What takes energy in addition to dry friction, by the probability of both; None where nothing does."""
+        """What takes energy in addition to dry friction, in this account; None where nothing does."""
         share, given = self._given(LOSSES)
         if given is None:
             return None
