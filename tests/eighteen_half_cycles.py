@@ -14,7 +14,13 @@ FRICTION, AMPLITUDE = 0.4, 0.0203
 UNIT = {"displacement": 1.0, "velocity": 20.0, "acceleration": 400.0}
 
 
-def record(quantity: str = "displacement", seed: int = 1, drift: float = 0.0, **setting: Any) -> xr.DataArray:
+def record(
+    quantity: str = "displacement",
+    seed: int = 1,
+    drift: float = 0.0,
+    sampling_rate: float = 200.0,
+    **setting: Any,
+) -> xr.DataArray:
     """With noise of 0.2 % of the amplitude, and a drift over the whole record in units of that."""
     scale = AMPLITUDE * UNIT[quantity]
     plain = fb.simulate(
@@ -22,7 +28,7 @@ def record(quantity: str = "displacement", seed: int = 1, drift: float = 0.0, **
         friction=FRICTION,
         initial_displacement=AMPLITUDE,
         duration=3.0,
-        sampling_rate=200.0,
+        sampling_rate=sampling_rate,
         noise_sd=2e-3 * scale,
         seed=seed,
         quantity=quantity,

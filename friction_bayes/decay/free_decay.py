@@ -92,8 +92,7 @@ class FreeDecay:
     later : int
         Half cycles of those after that are left out as a force acted on them that is gone later.
     drift : float
-        Mean rate of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal a
-        second.
+        Range of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal.
     stray : tuple of float
         Times in the record of samples far outside the noise that are left out of ``values`` [s].
     other_frequency, other_share : float
@@ -141,34 +140,42 @@ class FreeDecay:
 
     def without_drift(self, drift: Array) -> FreeDecay:
         """The same less a drift of the sensor's zero, at each sample, shape (n,)."""
-        rate = float(drift[-1] - drift[0]) / self.duration
-        return replace(self, values=self.values - drift, drift=self.drift + rate)
+        return replace(self, values=self.values - drift, drift=float(np.ptp(drift)))
 
     def without_stray(self, stray: Mask) -> FreeDecay:
-        """The same without some samples, shape (n,), neither the first nor the last of them."""
-        time, kept = self.time, ~stray
-        left_out = (self.start_time + time[stray]).tolist()
-        return replace(
-            self,
-            values=self.values[kept],
-            stamps=time[kept],
-            step=self.duration / (int(kept.sum()) - 1),
-            stray=(*self.stray, *left_out),
-        )
+        """The same without some samples, shape (n,)."""
+        left_out = (self.start_time + self.time[stray]).tolist()
+        kept = np.flatnonzero(~stray)
+        decay = self._between(kept[0], kept[-1] + 1)
+        kept -= kept[0]
+        if kept.size < decay.values.size:
+            step = decay.duration / (kept.size - 1)
+            decay = replace(decay, values=decay.values[kept], stamps=decay.time[kept], step=step)
+        return replace(decay, stray=(*self.stray, *left_out))
 
     def half_a_cycle_later(self) -> FreeDecay:
         """The same from a sixteenth of a cycle after the next turning point on."""
         to_turn = (-self.phase) % math.pi or math.pi
         first = int(np.searchsorted(self.time, (to_turn + _BEYOND_TURN) / self.frequency))
-        start = float(self.time[first])
+        later = self._between(first, self.values.size)
+        stray = tuple(time for time in self.stray if time >= later.start_time)
+        return replace(later, later=self.later + 1, stray=stray)
+
+    def _between(self, first: int, stop: int) -> FreeDecay:
+        """The samples from one to before another."""
+        if (first, stop) == (0, self.values.size):
+            return self
+        start, stamps, step = float(self.time[first]), self.stamps, self.step
+        if stamps is not None:
+            stamps = stamps[first:stop] - start
+            step = float(stamps[-1]) / (stop - first - 1)
         return replace(
             self,
-            values=self.values[first:],
+            values=self.values[first:stop],
             start_time=self.start_time + start,
-            stamps=None if self.stamps is None else self.stamps[first:] - start,
+            step=step,
+            stamps=stamps,
             phase=(self.phase + self.frequency * start) % (2.0 * math.pi),
-            later=self.later + 1,
-            stray=tuple(time for time in self.stray if time >= self.start_time + start),
         )
 
     @property
@@ -216,8 +223,8 @@ class FreeDecay:
             )
         if self.drift:
             notes.append(
-                f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} a second in the "
-                "mean, which is taken out"
+                f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} meanwhile, which "
+                "is taken out"
             )
         if self.stray:
             one = len(self.stray) == 1

@@ -141,9 +141,10 @@ class NoiseAccount:
         share, given = self._given(LOSSES)
         if given is None:
             return None
+        regression = self._part.laid.regression
         return UnevenLoss(
             probability=self.probability * share,
-            faster=falls_faster(self._part.laid.regression.names, given.best_law()),
+            faster=falls_faster(regression.names, given.best_law(), regression.scale),
             coefficient=self._in_unit(given.coefficient("friction")),
             losses={name: self.others[name] / share for name in LOSSES},
         )

@@ -208,14 +208,26 @@ def repeated(used: Mask) -> int:
     return int(np.sum(np.maximum(times - 1, 0)))
 
 
-def falls_faster(names: Sequence[str], law: Array) -> bool:
-    """Whether the amplitude falls faster while it is larger under a law, by the first loss that it has.
+def falls_faster(names: Sequence[str], law: Array, scale: Array) -> bool:
+    """Whether the amplitude falls faster while it is larger under a law, by the shares that its losses take.
 
     And not slower, as where friction grows with time, by the first column of that, or at low speed.
+
+    Parameters
+    ----------
+    names : sequence of str, length p
+        Of the columns.
+    law, scale : ndarray, shape (p,)
+        Their coefficients, and the prior sds of these.
     """
-    losses = ((name, size) for name, size in zip(names, law, strict=True) if name in LOSSES and size)
-    name, size = next(losses, (_DAMPING, 1.0))
-    return name != _STRIBECK and (name != _DRIFTING or size < 0.0)
+    together = 0.0
+    for name in LOSSES:
+        own = np.array([each == name for each in names])
+        shares = (law[own] / scale[own]).reshape(-1, len(_SIZES)) @ _SIZES
+        # of a shape the second column is the derivative, of time the others curve the first
+        share = float(np.sum(shares[::2] if name in _SHAPES else shares[:1]))
+        together += -share if name in (_STRIBECK, _DRIFTING) else share
+    return together > 0.0
 
 
 def moved_shapes(law: Array, shapes: tuple[float, ...]) -> tuple[float, ...]:

@@ -36,8 +36,8 @@ SURELY_NONE = 5.0
 """Largest residual over its sd with which none is rather stray."""
 
 
-def stray_samples(residual: Array, span: float) -> Mask:
-    """Which samples are rather stray, shape (n,); the first and the last, by which time is told, never.
+def stray_samples(residual: Array, span: float, rounded: Array | float = 0.0) -> Mask:
+    """Which samples are rather stray, shape (n,).
 
     Parameters
     ----------
@@ -45,14 +45,15 @@ def stray_samples(residual: Array, span: float) -> Mask:
         Of a fit, unit of the signal.
     span : float
         Range of the signal.
+    rounded : ndarray, shape (n,), or float
+        Distance from its neighbours at which a sample may lie without noise, as where a filter rounds a jump.
     """
-    distance = np.abs(residual - median_filter(residual, footprint=_AROUND, mode="nearest"))
+    distance = np.abs(residual - median_filter(residual, footprint=_AROUND, mode="mirror"))
+    distance = np.maximum(distance - rounded, 0.0)
     usual = max(float(np.quantile(each, _QUANTILE)) for each in (distance, np.abs(residual)))
     if not _ROUNDING * span < usual < span:
         return np.zeros(residual.size, np.bool_)
-    low, high = (rank_filter(residual, rank, footprint=_AROUND, mode="nearest") for rank in (1, -2))
+    low, high = (rank_filter(residual, rank, footprint=_AROUND, mode="mirror") for rank in (1, -2))
     sd = np.maximum(usual / float(ndtri(0.5 + 0.5 * _QUANTILE)), (high - low) / _MIDDLE_FOUR)
     log_odds = np.log(_SHARE * math.sqrt(2.0 * math.pi) * sd / span) + 0.5 * (distance / sd) ** 2
-    stray = log_odds > 0.0
-    stray[[0, -1]] = False
-    return np.asarray(stray)
+    return np.asarray(log_odds > 0.0)

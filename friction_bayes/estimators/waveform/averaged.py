@@ -20,7 +20,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, RandomForce
+from friction_bayes.estimators.base import Fit, FittedMotion, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
     UnevenLoss,
     loss_of_amplitude,
@@ -51,10 +51,10 @@ _MUCH_LESS = 0.5
 """Width of the interval from half a cycle later over that from the start below which the later is taken: of
 eight half cycles one less widens it by a fifth, give or take a quarter. And share of what white noise leaves
 of all squares that is in the first of them by no chance."""
-_MOST_FITS = 4
+_MOST_FITS = 12
 """Without stray samples: the first may hide others."""
 _FROM_TURN = 0.5
-"""Phase from a turning point, about, within which no velocity or acceleration is stray."""
+"""Phase from a turning point, about, within which a filter may round a velocity or acceleration."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -267,16 +267,31 @@ def _without_stray(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tupl
     for _ in range(_MOST_FITS):
         if fit.prediction is None or fit.motion is None:
             break
-        stray = stray_samples(decay.values - fit.prediction, float(np.ptp(decay.values)))
-        if decay.quantity.order > 0:
-            # an acceleration jumps where the motion turns, and a velocity bends, which a filter rounds
-            x, v = fit.motion.states.T
-            stray &= np.abs(v) > _FROM_TURN * np.hypot(x, v)
+        span, rounded = float(np.ptp(decay.values)), _rounded_at_turns(decay, fit, fit.motion)
+        stray = stray_samples(decay.values - fit.prediction, span, rounded)
         if not stray.any():
             break
-        decay = decay.without_stray(stray)
-        fit = fit_of(decay)
+        try:
+            without = decay.without_stray(stray)
+            decay, fit = without, fit_of(without)
+        except InputError:
+            # what is left would be no decay
+            break
     return decay, fit
+
+
+def _rounded_at_turns(decay: FreeDecay, fit: Fit, motion: FittedMotion) -> Array | float:
+    """By how much a filter may round what the sensor shows where the motion turns, shape (n,).
+
+    An acceleration jumps there by that of twice the friction, and a velocity bends.
+    """
+    if decay.quantity.order == 0:
+        return 0.0
+    jump = 2.0 * abs(float(fit.coefficient.mean()))
+    if decay.quantity.order == 1:
+        jump *= fit.frequency * decay.step
+    x, v = motion.states.T
+    return np.where(np.abs(v) < _FROM_TURN * np.hypot(x, v), jump, 0.0)
 
 
 def _with_its_zero(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:

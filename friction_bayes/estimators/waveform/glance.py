@@ -52,6 +52,8 @@ from friction_bayes.statespace.kalman import sensor_row
 
 __all__ = ["glance"]
 
+_TAILS = 2.0
+"""Sds of the mean fourth power above which the long form looks for stray samples; it costs but time."""
 _MARGIN = 1.0
 """Log odds by which a test passes that is not made exactly as its long form is."""
 _NONE = 0.55
@@ -112,7 +114,7 @@ def _glance_all(
         found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual)
         angle = 2.0 * p[ADVANCE] / (n - 1)
         if (
-            _largest(residual) < SURELY_NONE
+            _surely_none_stray(residual)
             and _surely_uncorrelated(work, n)
             and _surely_without_colour(residual, samples_of_colour(angle), few)
         ):
@@ -125,12 +127,17 @@ def _glance_all(
 
 
 @njit(**INNER, fastmath={"reassoc", "nnan", "nsz"})
-def _largest(x: NDArray[np.float32]) -> float:
-    """Largest size of any value."""
-    most = np.float32(0.0)
+def _surely_none_stray(x: NDArray[np.float32]) -> bool:
+    """Whether values of unit mean square have none far outside, nor as many or as few that hide them in it.
+
+    These show in the mean fourth power, which of normal values is three, give or take sqrt(24/n).
+    """
+    most = fourth = np.float32(0.0)
     for i in range(x.size):
-        most = max(most, abs(x[i]))
-    return float(most)
+        square = x[i] * x[i]
+        most = max(most, square)
+        fourth += square * square
+    return float(most) < SURELY_NONE**2 and float(fourth) < 3.0 * x.size + _TAILS * math.sqrt(24.0 * x.size)
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})

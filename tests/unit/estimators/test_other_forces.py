@@ -12,6 +12,7 @@ import friction_bayes as fb
 from friction_bayes.estimators.noise.other_forces import (
     FORCES,
     SHAPES,
+    falls_faster,
     moved_shapes,
     other_force_columns,
     other_force_sets,
@@ -85,6 +86,29 @@ def test_a_shape_moves_to_where_it_explains_the_force(force: int, moved: float) 
     shape = (force - 4) * 4 + 1
     assert found[shape] == pytest.approx(true[shape], rel=0.03)
     assert np.array_equal(np.delete(found, shape), np.delete(SHAPES, shape))
+
+
+@pytest.mark.parametrize(
+    ("shares", "faster"),
+    [
+        ({0: 0.1}, True),
+        ({4: 0.1}, False),
+        ({2: 0.1}, False),
+        ({2: -0.1}, True),
+        ({0: 0.1, 4: 0.3}, False),
+        ({0: 0.3, 4: 0.1}, True),
+        ({0: 0.1, 2: 0.3}, False),
+    ],
+)
+def test_the_amplitude_falls_by_what_the_larger_loss_does(shares: dict[int, float], faster: bool) -> None:
+    """Of damping, Stribeck friction, and friction that grows or falls with time; whatever the prior sd."""
+    columns = other_force_columns(cosine(), sensor_row(0), 0.01, END)
+    for size in range(SIZES):
+        law = np.zeros(columns.scale.size)
+        for force, share in shares.items():
+            first = columns.names.index(FORCES[force])
+            law[first + size] = share * columns.scale[first : first + SIZES].max()
+        assert falls_faster(columns.names, law, columns.scale) is faster
 
 
 RECORDS = {

@@ -48,19 +48,56 @@ def test_what_changes_from_sample_to_sample_as_a_motion_does_is_not_stray(rng: n
     assert not stray_samples(spiked, 10.0).any()
 
 
-def test_the_ends_and_a_signal_without_noise_have_none() -> None:
+def test_the_ends_may_be_stray_but_nothing_in_a_signal_without_noise() -> None:
     lone = np.zeros(100)
     lone[[0, 50, 99]] = 1.0
     assert not stray_samples(lone, 2.0).any()
     lone += 1e-3 * np.cos(np.arange(100) ** 2)
-    assert np.flatnonzero(stray_samples(lone, 2.0)).tolist() == [50]
+    assert np.flatnonzero(stray_samples(lone, 2.0)).tolist() == [0, 50, 99]
+    assert np.flatnonzero(stray_samples(lone, 2.0, 2.0 * (lone < 0.5))).tolist() == [0, 50, 99]
+    assert not stray_samples(lone, 2.0, 2.0 * (lone > 0.5)).any()
 
 
-def test_one_record_and_a_batch_leave_out_the_same() -> None:
+@pytest.mark.parametrize("place", [0, -1])
+def test_a_wild_reading_at_an_end_is_no_friction_that_changes(place: int) -> None:
+    plain = record("displacement", 1)
+    values = plain.values.copy()
+    values[place] += 0.1 * AMPLITUDE
+    clean, found = fb.estimate(plain, SYSTEM), fb.estimate(plain.copy(data=values), SYSTEM)
+    assert found.decay.stray == pytest.approx((float(plain["time"][place]),))
+    assert found.decay.evenly_spaced
+    assert found.friction.mean() == pytest.approx(clean.friction.mean(), abs=0.3 * width(clean))
+    assert width(found) < 1.1 * width(clean)
+
+
+def test_a_velocity_at_a_turning_point_may_be_stray() -> None:
+    plain = record("velocity", 1)
+    turns = np.flatnonzero(np.diff(np.sign(plain.values)))
+    values = plain.values.copy()
+    values[turns[4]] += 0.3 * AMPLITUDE * UNIT["velocity"]
+    found = fb.estimate(plain.copy(data=values), SYSTEM)
+    assert found.decay.stray == pytest.approx((float(plain["time"][turns[4]]),))
+    assert width(found) < 1.1 * width(fb.estimate(plain, SYSTEM))
+
+
+@pytest.mark.parametrize("count", [1, 30])
+def test_one_record_and_a_batch_leave_out_the_same(count: int, rng: np.random.Generator) -> None:
+    """Many hide each other, as they are in the noise that is found at first."""
     records = [record("displacement", seed) for seed in range(4)]
-    records[2].values[100] += 0.1 * AMPLITUDE
+    places = rng.choice(records[2].size, count, replace=False)
+    records[2].values[places] += 0.1 * AMPLITUDE * rng.choice([-1.0, 1.0], count)
     with pytest.warns(fb.RecordWarning, match="set aside: 1"):
         batch = fb.estimate_batch(xr.concat(records, "record"), SYSTEM)
     alone = fb.estimate(records[2], SYSTEM)
-    assert len(alone.decay.stray) == 1
+    assert len(alone.decay.stray) == count
     assert float(batch["friction_mean"][2]) == pytest.approx(alone.friction.mean(), rel=1e-10)
+
+
+def test_a_short_record_hides_none_from_a_batch() -> None:
+    short = [record("displacement", seed, sampling_rate=24.0) for seed in range(2)]
+    short[1].values[short[1].size // 2] += 0.3 * AMPLITUDE
+    with pytest.warns(fb.RecordWarning, match="set aside: 1"):
+        batch = fb.estimate_batch(xr.concat(short, "record"), SYSTEM)
+    alone = fb.estimate(short[1], SYSTEM)
+    assert len(alone.decay.stray) == 1
+    assert float(batch["friction_mean"][1]) == pytest.approx(alone.friction.mean(), rel=1e-10)
