@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from friction_bayes.core.declared_force import frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import listed
 from friction_bayes.decay.even_grid import even_grid
 from friction_bayes.decay.leaps import around_release, find_leap
 from friction_bayes.decay.located import (
@@ -93,6 +95,8 @@ class FreeDecay:
         Half cycles of those after that are left out as a force acted on them that is gone later.
     drift : float
         Range of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal.
+    lines : tuple of float
+        Frequencies of interference and other modes that have been taken out of ``values`` [Hz].
     stray : tuple of float
         Times in the record of samples far outside the noise that are left out of ``values`` [s].
     other_frequency, other_share : float
@@ -117,6 +121,7 @@ class FreeDecay:
     driven: bool = False
     later: int = 0
     drift: float = 0.0
+    lines: tuple[float, ...] = ()
     stray: tuple[float, ...] = ()
     other_frequency: float = math.nan
     other_share: float = math.nan
@@ -141,6 +146,10 @@ class FreeDecay:
     def without_drift(self, drift: Array) -> FreeDecay:
         """The same less a drift of the sensor's zero, at each sample, shape (n,)."""
         return replace(self, values=self.values - drift, drift=float(np.ptp(drift)))
+
+    def without_lines(self, waves: Array, frequencies: Sequence[float]) -> FreeDecay:
+        """The same less their waves at each sample, shape (n,)."""
+        return replace(self, values=self.values - waves, lines=tuple(frequencies))
 
     def without_stray(self, stray: Mask) -> FreeDecay:
         """The same without some samples, shape (n,)."""
@@ -225,6 +234,11 @@ class FreeDecay:
             notes.append(
                 f"{self.name}: the sensor's zero drifts by {self.drift:.3g} {self.unit} meanwhile, which "
                 "is taken out"
+            )
+        if self.lines:
+            found = listed(list(dict.fromkeys(f"{line:.3g}" for line in sorted(self.lines))))
+            notes.append(
+                f"{self.name}: interference, as of the mains, or another mode at {found} Hz is taken out"
             )
         if self.stray:
             one = len(self.stray) == 1

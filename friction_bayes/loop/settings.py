@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from friction_bayes.decay.spectral_lines import ALARM_RATE, HARMONIC_BAND
+
 __all__ = ["SETTINGS", "LoopSettings"]
 
 
@@ -30,7 +32,7 @@ class LoopSettings:
         "convention",
     )
     noise_alarm_rate: float = _setting(
-        1e-4,
+        ALARM_RATE,
         "probability",
         "that white noise passes for coloured or a line, or outliers for uneven, by chance",
         "a hundredth of the rate of the tests: each changes the noise model of the whole record; with that "
@@ -163,7 +165,10 @@ class LoopSettings:
         "odd harmonics fall fast; with any colour the noise takes up the law of one measured record",
     )
     harmonic_band: float = _setting(
-        0.05, "the motion's frequency", "from its harmonics, in which its own changes make lines", "judgement"
+        HARMONIC_BAND,
+        "the motion's frequency",
+        "from its harmonics, in which its own changes make lines",
+        "judgement",
     )
     knock_part: float = _setting(
         0.25, "share", "of its largest score from which on neighbours belong to a knock", "judgement"

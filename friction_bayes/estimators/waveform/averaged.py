@@ -18,24 +18,21 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
+from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, FittedMotion, RandomForce
+from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
     UnevenLoss,
     loss_of_amplitude,
     uneven_loss,
 )
-from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import (
     SLIGHT,
     NoiseAccount,
-    needs_no_force,
     noise_accounts,
 )
-from friction_bayes.estimators.noise.stray_samples import stray_samples
-from friction_bayes.estimators.noise.zero_drift import zero_drift
 from friction_bayes.estimators.posterior_part import PosteriorPart
+from friction_bayes.estimators.waveform.sensor_faults import plain_decay, without_sensor_faults
 from friction_bayes.estimators.witness import Witness
 
 __all__ = [
@@ -51,10 +48,6 @@ _MUCH_LESS = 0.5
 """Width of the interval from half a cycle later over that from the start below which the later is taken: of
 eight half cycles one less widens it by a fifth, give or take a quarter. And share of what white noise leaves
 of all squares that is in the first of them by no chance."""
-_MOST_FITS = 12
-"""Without stray samples: the first may hide others."""
-_FROM_TURN = 0.5
-"""Phase from a turning point, about, within which a filter may round a velocity or acceleration."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -100,25 +93,6 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
         coefficient_without=_mean_of(still, _probabilities(still))["coefficient"],
         coefficient_with=_mean_of(forced, _probabilities(forced))["coefficient"],
         innovations=best.innovations,
-    )
-
-
-def _plain(decay: FreeDecay, fit: Fit) -> PlainDecay:
-    """A decay with its fit under white noise, as accounts are given it."""
-    motion = fit.motion
-    assert motion is not None
-    return PlainDecay(
-        values=decay.values,
-        time=decay.time,
-        order=decay.quantity.order,
-        frequency=fit.frequency,
-        coefficient=float(fit.coefficient.mean()),
-        rest_position=fit.rest_position,
-        states=motion.states,
-        phase_sd=motion.phase_sd,
-        rest_known=decay.rest_known,
-        pendulum=swing_frequency(decay.system, decay.unit) > 0.0,
-        noise_sd=fit.noise_sd,
     )
 
 
@@ -190,7 +164,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     fit : Fit
         Under white noise, method ``waveform``.
     """
-    accounts, uneven = noise_accounts(_plain(decay, fit)), uneven_loss(decay)
+    accounts, uneven = noise_accounts(plain_decay(decay, fit)), uneven_loss(decay)
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
     if _noise_is_known(accounts):
@@ -241,7 +215,7 @@ def answered(
     decay, fit
         What was fitted of it, and the fit.
     """
-    decay, fit = _with_its_zero(*_without_stray(decay, fit_of), fit_of)
+    decay, fit = without_sensor_faults(decay, fit_of)
     fit = averaged_over_accounts(decay, fit)
     for _ in range(0 if from_here else _MOST_LATER):
         if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
@@ -258,53 +232,6 @@ def answered(
         if not at_first and _width(other) > _MUCH_LESS * _width(fit):
             break
         decay, fit = later, other
-    return decay, fit
-
-
-def _without_stray(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
-    """The decay without stray samples, and its fit."""
-    fit = fit_of(decay)
-    for _ in range(_MOST_FITS):
-        if fit.prediction is None or fit.motion is None:
-            break
-        span, rounded = float(np.ptp(decay.values)), _rounded_at_turns(decay, fit, fit.motion)
-        stray = stray_samples(decay.values - fit.prediction, span, rounded)
-        if not stray.any():
-            break
-        try:
-            without = decay.without_stray(stray)
-            decay, fit = without, fit_of(without)
-        except InputError:
-            # what is left would be no decay
-            break
-    return decay, fit
-
-
-def _rounded_at_turns(decay: FreeDecay, fit: Fit, motion: FittedMotion) -> Array | float:
-    """By how much a filter may round what the sensor shows where the motion turns, shape (n,).
-
-    An acceleration jumps there by that of twice the friction, and a velocity bends.
-    """
-    if decay.quantity.order == 0:
-        return 0.0
-    jump = 2.0 * abs(float(fit.coefficient.mean()))
-    if decay.quantity.order == 1:
-        jump *= fit.frequency * decay.step
-    x, v = motion.states.T
-    return np.where(np.abs(v) < _FROM_TURN * np.hypot(x, v), jump, 0.0)
-
-
-def _with_its_zero(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
-    """The decay and its fit, less a drift of the zero where the rest needs no random force.
-
-    Where it does, as behind an AC coupling, a smooth curve is no better than what makes it.
-    """
-    drift = zero_drift(_plain(decay, fit))
-    if drift is not None:
-        without = decay.without_drift(drift)
-        there = fit_of(without)
-        if needs_no_force(_plain(without, there)):
-            return without, there
     return decay, fit
 
 

@@ -14,8 +14,8 @@ from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
+from friction_bayes.decay.spectral_lines import LOG_DECAY_TIME, Line
 from friction_bayes.loop import settings
-from friction_bayes.loop.columns.lines import LOG_DECAY_TIME, Line
 from friction_bayes.loop.data.parameters import Coordinate, effect_coordinates
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
 from friction_bayes.mechanics.integrate import force_along

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
-from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.measured_path import Points

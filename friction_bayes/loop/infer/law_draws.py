@@ -11,7 +11,7 @@ from itertools import cycle
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.loop.columns.lines import Line
+from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.loop.infer.law_fit import LawFit, spreads_evaluated
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.infer.truncated_normal import truncated_draws

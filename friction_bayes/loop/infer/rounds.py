@@ -15,9 +15,10 @@ from functools import cached_property
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.lines import Line, lines_in_residual
+from friction_bayes.loop.columns.lines import lines_in_residual
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.behind_filter import filter_of

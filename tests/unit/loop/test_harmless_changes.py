@@ -13,7 +13,8 @@ from scipy import stats
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.columns.lines import decaying_lines, steady_lines
+from friction_bayes.decay.spectral_lines import decaying_lines, steady_lines
+from friction_bayes.loop.columns.lines import line_search
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidates import candidates_of
@@ -60,7 +61,7 @@ def test_the_frequency_of_a_line_is_found_between_the_ordinates(rng: np.random.G
     samples, line = 2400, 23.04
     signal, segment = with_lines(samples, rng, line)
     for n in range(samples - 5, samples + 1):
-        (found,) = steady_lines([signal[:n]], segment)
+        (found,) = steady_lines([signal[:n]], line_search(segment))
         assert abs(found.frequency - line) * n * segment.decay.step < 0.02
 
 
@@ -69,10 +70,13 @@ def test_a_line_shows_in_few_samples_and_noise_shows_none(samples: int, rng: np.
     """Noise passes for a line in three records of a thousand at most, as in long ones."""
     signal, segment = with_lines(samples, rng)
     line = 2.4 * np.sin(2.0 * math.pi * 40.0 * segment.decay.step * np.arange(samples) + 0.3)
-    (found,) = steady_lines([signal + line], segment)
+    (found,) = steady_lines([signal + line], line_search(segment))
     assert found.frequency == pytest.approx(40.0, abs=0.5 / (samples * segment.decay.step))
     noise = rng.standard_normal((500, samples))
-    shown = sum(bool(steady_lines([one], segment) + decaying_lines(one, segment)) for one in noise)
+    shown = sum(
+        bool(steady_lines([one], line_search(segment)) + decaying_lines(one, line_search(segment)))
+        for one in noise
+    )
     # false-alarm rate 1e-4: each of the two searches has a rate of its own
     assert shown <= stats.binom.ppf(1.0 - 1e-4, len(noise), 2.0 * 3e-3)
 
@@ -84,7 +88,7 @@ def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.ra
     angle = segment.decay.frequency * segment.decay.step * np.arange(samples)
     for harmonic in (1, 3, 15):
         strong = 30.0 * np.sin((harmonic + 0.045) * angle)
-        assert steady_lines([signal + strong], segment) == ()
+        assert steady_lines([signal + strong], line_search(segment)) == ()
 
 
 def log_density(fit: ForceFit, error: SensorError) -> float:

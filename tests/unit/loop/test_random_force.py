@@ -19,8 +19,9 @@ from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.block_means import block_means
+from friction_bayes.decay.spectral_lines import steady_lines
 from friction_bayes.loop.columns.law_columns import law_columns
-from friction_bayes.loop.columns.lines import steady_lines
+from friction_bayes.loop.columns.lines import line_search
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.mechanics.effects import Scales
@@ -373,18 +374,18 @@ def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
     coloured = np.convolve(rng.standard_normal(n + 20), np.ones(20) / 20.0, mode="valid")[:n]
     lines = (0.9, 2.6, 23.0)
     signal = coloured + sum(0.3 * np.sin(2.0 * np.pi * f * segment.time[:n]) for f in lines)
-    found = steady_lines([signal], segment)
+    found = steady_lines([signal], line_search(segment))
     assert sorted(line.frequency for line in found) == pytest.approx(sorted(lines), abs=0.05)
-    assert steady_lines([signal], segment, known=found) == ()
-    assert steady_lines([coloured], segment) == ()
+    assert steady_lines([signal], line_search(segment), known=found) == ()
+    assert steady_lines([coloured], line_search(segment)) == ()
     # the strongest line shows in few samples
-    assert steady_lines([signal[:400]], segment)[0].frequency == pytest.approx(23.0, abs=0.05)
+    assert steady_lines([signal[:400]], line_search(segment))[0].frequency == pytest.approx(23.0, abs=0.05)
 
 
 def test_noise_has_no_line_at_an_end_of_its_spectrum(rng: np.random.Generator) -> None:
     """It had one in a quarter of all draws, as surroundings there were copies of the last ordinate."""
     segment = cut_records([fluctuating()], SYSTEM)[0]
-    found = [steady_lines([rng.standard_normal(segment.moving)], segment) for _ in range(60)]
+    found = [steady_lines([rng.standard_normal(segment.moving)], line_search(segment)) for _ in range(60)]
     # one in 400, so that a false alarm is one in 2000
     assert sum(map(bool, found)) <= 2
 

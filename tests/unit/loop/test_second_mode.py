@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.columns.lines import decaying_lines, steady_lines
+from friction_bayes.decay.spectral_lines import decaying_lines, steady_lines
+from friction_bayes.loop.columns.lines import line_search
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.law_fit import fit_law
 from loop_options import loop_options
@@ -153,12 +154,12 @@ def test_lines_that_die_out_are_found_under_their_envelopes(
     noise = rng.standard_normal(time.size)
     modes = {4.0: 0.8, 11.9: 2.0, 23.0: 5.0}
     ringing = sum(3.0 * np.exp(-time / t) * np.sin(2.0 * np.pi * f * time + f) for f, t in modes.items())
-    found = sorted(decaying_lines(noise + ringing, segment))
+    found = sorted(decaying_lines(noise + ringing, line_search(segment)))
     assert [line.frequency for line in found] == pytest.approx(sorted(modes), abs=0.1)
     for line, true in zip(found, modes.values(), strict=True):
         assert abs(math.log(line.decay_time / true)) < 3.5 * line.scatter
-    assert decaying_lines(noise + ringing, segment, known=found) == ()
-    assert decaying_lines(noise, segment) == ()
+    assert decaying_lines(noise + ringing, line_search(segment), known=found) == ()
+    assert decaying_lines(noise, line_search(segment)) == ()
 
 
 def test_neither_a_line_that_lasts_nor_a_harmonic_is_a_mode(
@@ -167,11 +168,11 @@ def test_neither_a_line_that_lasts_nor_a_harmonic_is_a_mode(
     time = FINE * np.arange(segment.moving)
     noise = rng.standard_normal(time.size)
     lasting = noise + np.sin(2.0 * np.pi * RINGING * time)
-    assert decaying_lines(lasting, segment) == ()
-    assert len(steady_lines([lasting], segment)) == 1
+    assert decaying_lines(lasting, line_search(segment)) == ()
+    assert len(steady_lines([lasting], line_search(segment))) == 1
     for harmonic in (1.0, 2.0, 3.0):
         decaying = 5.0 * np.exp(-time / 3.0) * np.sin(harmonic * segment.decay.frequency * time)
-        assert decaying_lines(noise + decaying, segment) == ()
+        assert decaying_lines(noise + decaying, line_search(segment)) == ()
 
 
 def test_lines_come_beside_three_effects(rng: np.random.Generator) -> None:
