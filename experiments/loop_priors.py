@@ -272,7 +272,7 @@ def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...
             case "friction_drift":
                 given |= {"relative_change": p[0]}
             case "curved_friction_drift":
-                given |= {"relative_change": p[0], "drift_curvature": p[1]}
+                given |= {"relative_change": p[0], "drift_time": p[1]}
             case "cubic_stiffness":
                 given |= {"cubic": p[0] * s**2}
             case "stiffness_drift":
@@ -288,9 +288,7 @@ def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...
 
 def _pushes_at_some_time(law: AddedLaw) -> bool:
     """Whether friction falls below zero as the record goes on, which no contact does, and no stop ends."""
-    u = np.linspace(-0.5, 0.5, 101)
-    level = 1.0 + law.relative_change * u + law.drift_curvature * (u**2 - 1.0 / 12.0)
-    return bool(level.min() < 0.0)
+    return min(1.0 + law.relative_change * law.drifted(u) for u in (0.0, 1.0)) < 0.0
 
 
 def _turn_series(coefficients: tuple[float, ...], swing: float) -> dict[str, tuple[float, ...]]:

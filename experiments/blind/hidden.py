@@ -28,7 +28,7 @@ _STRENGTHS = (
     "asymmetry",
     "static_excess",
     "relative_change",
-    "drift_curvature",
+    "drift_time",
     "cubic",
     "stiffness_change",
     "friction_tilt",

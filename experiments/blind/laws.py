@@ -57,8 +57,8 @@ class Law:
         A one-sided spring, ``stop_stiffness (x - stop_gap)`` beyond the gap.
     patch_centre, patch_width, patch_boost : float
         Friction higher around one position, ``d (1 + boost exp(-((x - centre)/width)**2))``.
-    drift_curvature : float
-        Of friction over the record, times the square of the time from its middle over the duration.
+    drift_time : float
+        Over the duration: friction approaches a level in this time; where it is zero it changes along a line.
     stiffness_change, quadratic_stiffness : float
         ``(1 + e (t/duration - 1/2)) x`` and ``x + quadratic_stiffness x |x|``.
     friction_tilt, friction_rise, friction_bend : float
@@ -83,7 +83,7 @@ class Law:
     static_excess: float = 0.0
     stribeck_velocity: float = 1.0
     relative_change: float = 0.0
-    drift_curvature: float = 0.0
+    drift_time: float = 0.0
     cubic: float = 0.0
     duration: float = 1.0
     stop_gap: float = 0.0
@@ -127,13 +127,22 @@ class Law:
             force -= sine * math.sin(n * self.swing * x) + cosine * math.cos(n * self.swing * x)
         return force
 
+    def drifted(self, u: float) -> float:
+        """Share of friction's change that has come by a share of the duration, about its mean."""
+        if not self.drift_time:
+            return u - 0.5
+        # of what is left to come, which decays from one
+        end = math.exp(-1.0 / self.drift_time)
+        mean = self.drift_time * (1.0 - end)
+        return (mean - math.exp(-u / self.drift_time)) / (1.0 - end)
+
     def level(self, t: float, x: float, v: float, sign: float) -> float:
         """Friction level of a motion in direction ``sign``."""
         level = self.friction * (1.0 + self.asymmetry * sign)
         if self.static_excess:
             level *= 1.0 + self.static_excess * math.exp(-((v / self.stribeck_velocity) ** 2))
         if self.relative_change:
-            level *= 1.0 + self.relative_change * (t / self.duration - 0.5)
+            level *= 1.0 + self.relative_change * self.drifted(t / self.duration)
         if self.patch_boost:
             level *= 1.0 + self.patch_boost * math.exp(-(((x - self.patch_centre) / self.patch_width) ** 2))
         if self.friction_tilt or self.friction_rise or self.friction_bend:

@@ -53,9 +53,7 @@ class AddedLaw(Law):
         if self.static_excess:
             level += self.static_excess * math.exp(-((v / self.stribeck_velocity) ** 2))
         if self.relative_change:
-            level += self.relative_change * (t / self.duration - 0.5)
-        if self.drift_curvature:
-            level += self.drift_curvature * ((t / self.duration - 0.5) ** 2 - 1.0 / 12.0)
+            level += self.relative_change * self.drifted(t / self.duration)
         return self.friction * level
 
 

@@ -183,8 +183,8 @@ class _Spectrum:
     def of(cls, values: Array, window: Array, decay_time: float, search: LineSearch) -> _Spectrum:
         signal = values - values.mean()
         power: Array = np.abs(np.fft.rfft(signal[: window.size] * window)) ** 2
-        # noise has exponential ordinates. Where some are much higher, as at harmonics of what a law lacks, what
-        # is higher still is no line; but one that dies out has high flanks of its own
+        # noise has exponential ordinates. Where some are much higher, as at harmonics of what a law lacks,
+        # what is higher still is no line; but one that dies out has high flanks of its own
         levels = _QUANTILES if math.isinf(decay_time) else _QUANTILES[:1]
         # at an end they are reflected: of copies of the last one most of its surroundings would be made
         around = [percentile_filter(power, 100.0 * p, _NEIGHBOURS, mode="reflect") for p in levels]

@@ -1,18 +1,22 @@
-"""Friction that changes over the record faster at one end, ``r (1 + e u + c (u^2 - 1/12))``, u = t/T - 1/2.
+r"""Friction that approaches a level over the record, as a contact does that runs in, warms up or dries.
 
-A contact that warms up or sheds its lubricant approaches a level, much as ``exp(-t/tau)`` does; two terms
-follow that to a few hundredths of friction where ``tau`` is at least half the record. ``r`` is the mean. Each
-record has a change of its own, see :mod:`friction_bayes.mechanics.effects.friction_drift`.
+.. math:: r\,(1 + e\,(g(t) - \bar g)), \qquad g(t) = \frac{1 - e^{-t/(\tau T)}}{1 - e^{-1/\tau}}
+
+with ``r`` the mean over the record of length ``T``, over which friction changes by ``e``; ``tau`` is the time
+in which it approaches, over ``T``. Each record has a change of its own, see
+:mod:`friction_bayes.mechanics.effects.friction_drift`.
 """
 
 from __future__ import annotations
+
+import math
 
 from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
-from friction_bayes.mechanics.effects.prior import normal
+from friction_bayes.mechanics.effects.prior import log_normal, normal
 
 __all__ = ["CURVED_FRICTION_DRIFT"]
 
@@ -30,26 +34,31 @@ def _force(
     p: Array,
     i: int,
 ) -> float:
-    u = t / duration - 0.5
-    return friction * (p[i] * u + p[i + 1] * (u * u - 1.0 / 12.0)) * direction
+    if p[i] == 0.0:
+        return 0.0
+    whole = -math.expm1(-1.0 / p[i + 1])
+    gone = -math.expm1(-t / (p[i + 1] * duration))
+    mean = 1.0 - p[i + 1] * whole
+    return friction * p[i] * (gone - mean) / whole * direction
 
 
 def _later(values: tuple[float, ...], share: float) -> tuple[float, tuple[float, ...]]:
-    slope, curvature = values
-    level = 1.0 + slope * share + curvature * share**2
-    return level, ((slope + 2.0 * curvature * share) / level, curvature / level)
+    change, time = values
+    left = math.exp(-share / time)
+    level = 1.0 + change * time * (1.0 - left)
+    return level, (change * left / level, time)
 
 
 CURVED_FRICTION_DRIFT = ForceEffect(
     name="curved_friction_drift",
-    summary="r (1 + e u + c (u^2 - 1/12)), u = t/T - 1/2",
+    summary="r (1 + e (g - mean of g)), g = (1 - exp(-t/(tau T))) / (1 - exp(-1/tau))",
     parameters=(
         Parameter(
             name="relative_change", unit="1", low=-2.0, high=2.0, prior=lambda scales: normal(0.5, -2.0, 2.0)
         ),
-        # exp(-t/T) has 0.5
+        # much longer than the record it is a drift along a line
         Parameter(
-            name="curvature", unit="1", low=-6.0, high=6.0, prior=lambda scales: normal(1.0, -6.0, 6.0)
+            name="time_share", unit="1", low=0.0, open_low=True, prior=lambda scales: log_normal(0.3, 1.0)
         ),
     ),
     excludes=(FRICTION_DRIFT.name,),

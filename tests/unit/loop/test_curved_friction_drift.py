@@ -15,7 +15,7 @@ EFFECT, DRIFT = EFFECTS["curved_friction_drift"], EFFECTS["friction_drift"]
 FRICTION = 0.018
 
 
-def settling(change: float, curvature: float, seed: int = 4) -> xr.DataArray:
+def settling(change: float, time_share: float, seed: int = 4) -> xr.DataArray:
     """Record of a decay whose friction changes as the catalogue has it."""
     return fb.simulate(
         SYSTEM,
@@ -27,32 +27,42 @@ def settling(change: float, curvature: float, seed: int = 4) -> xr.DataArray:
         seed=seed,
         effects={
             "curved_friction_drift.relative_change": change,
-            "curved_friction_drift.curvature": curvature,
+            "curved_friction_drift.time_share": time_share,
         },
     )
 
 
 def test_it_is_found_and_friction_is_its_mean() -> None:
-    fit = fitted(settling(-0.8, 1.5), OFFERED)
+    fit = fitted(settling(-0.8, 0.3), OFFERED)
     assert probability_of(fit, "curved_friction_drift") > 0.99
     friction = fit.coefficients[fit.law.dry_friction] * fit.law.unit_force
     assert friction == pytest.approx(FRICTION, rel=0.02)
 
 
 def test_a_straight_drift_is_not_called_curved() -> None:
-    fits = [fitted(settling(-0.8, 0.0, seed), OFFERED) for seed in range(4, 8)]
+    fits = [fitted(settling(-0.8, 100.0, seed), OFFERED) for seed in range(4, 8)]
     assert np.mean([probability_of(fit, "friction_drift") for fit in fits]) > 0.9
 
 
-@pytest.mark.parametrize(("effect", "values"), [(EFFECT, (-0.7, 1.9)), (DRIFT, (-0.7,))])
+@pytest.mark.parametrize(("effect", "values"), [(EFFECT, (-0.7, 0.4)), (DRIFT, (-0.7,))])
 def test_it_is_the_same_friction_on_a_clock_that_starts_later(
     effect: ForceEffect, values: tuple[float, ...]
 ) -> None:
     """Of a record of unit length: the level on the later clock times the change there."""
     assert effect.later is not None
     level, later = effect.later(values, 0.3)
-    shape = [lambda u: u, lambda u: u * u - 1.0 / 12.0]
+
+    def friction(t: float, values: tuple[float, ...]) -> float:
+        force = effect.force(t, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, np.array(values), 0)
+        return 1.0 + float(force)
+
     for t in np.linspace(0.0, 0.7, 5):
-        then = 1.0 + sum(v * f(t + 0.3 - 0.5) for v, f in zip(values, shape, strict=False))
-        now = level * (1.0 + sum(v * f(t - 0.5) for v, f in zip(later, shape, strict=False)))
-        assert now == pytest.approx(then, rel=1e-12)
+        assert level * friction(t, later) == pytest.approx(friction(t + 0.3, values), rel=1e-12)
+
+
+@pytest.mark.parametrize("time_share", [0.05, 0.4, 3.0])
+def test_friction_changes_by_its_change_about_its_mean(time_share: float) -> None:
+    time, values = np.linspace(0.0, 1.0, 2001), np.array([0.5, time_share])
+    change = [EFFECT.force(t, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, values, 0) for t in time]
+    assert np.trapezoid(change, time) == pytest.approx(0.0, abs=1e-4)
+    assert change[-1] - change[0] == pytest.approx(0.5, rel=1e-9)
