@@ -31,7 +31,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
-from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss, uneven_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import RATHER_EVEN, UnevenLoss, uneven_loss
 from friction_bayes.estimators.equally_probable import EquallyProbable, equally_probable
 from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
@@ -517,11 +517,11 @@ def _answered(
 ) -> tuple[Array, dict[int, tuple[FreeDecay, bool]]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
-    But where a glance at the residual shows white noise alone, and the loss of amplitude is not surely
-    uneven, as in records that are ``straight``, the fit is the answer: what ``estimate`` adds to it is a
-    force and an uneven loss that are not excluded, by their probability. ``used`` is left with the records
-    that were answered, ``flags`` with what their forces are warned of for. Returned too are the decays that
-    were looked at, by row, and whether their loss is surely uneven.
+    But where a glance at the residual shows white noise alone, and a loss of amplitude that is rather even,
+    as in records that are ``straight``, the fit is the answer: what ``estimate`` adds to it is a force and
+    other losses that are not excluded, by their small probability. ``used`` is left with the records that
+    were answered, ``flags`` with what their forces are warned of for. Returned too are the decays that were
+    looked at, by row, and whether their loss is surely uneven.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
@@ -530,7 +530,8 @@ def _answered(
     as_fitted = white & (table[:, column["friction_low"]] > 0.0)
     for row in np.flatnonzero(used & as_fitted & ~straight).tolist():
         decay = decays.decay(row)
-        as_fitted[row] = not _sure(uneven_loss(decay))
+        uneven = uneven_loss(decay)
+        as_fitted[row] = uneven is not None and uneven.probability < RATHER_EVEN
         looked_at[row] = decay, False
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay, fit = answered(decays.decay(row), fit_of)

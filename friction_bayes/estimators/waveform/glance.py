@@ -20,7 +20,7 @@ from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
-from friction_bayes.estimators.envelope.loss_of_amplitude import SURELY_UNEVEN, UNEVEN_PRIOR
+from friction_bayes.estimators.envelope.loss_of_amplitude import RATHER_EVEN, UNEVEN_PRIOR
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
     ComparedForces,
@@ -67,8 +67,8 @@ _LAGS_AT_A_TIME, _NEAR = 10, 2000
 _BESIDE = MOST_LAGS + _LAGS_AT_A_TIME
 """Zeros on either side of values whose products are added up, so that no sum ends early."""
 _SHARES, _PRIOR = tuple(UNEVEN_PRIOR), tuple(UNEVEN_PRIOR.values())
-_SURE = math.log(SURELY_UNEVEN / (1.0 - SURELY_UNEVEN))
-"""Log odds of a loss that is surely not of dry friction alone."""
+_EVEN = math.log(RATHER_EVEN / (1.0 - RATHER_EVEN))
+"""Log odds of another loss than by dry friction alone below which there is rather none."""
 
 
 def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> Glance:
@@ -258,7 +258,7 @@ def _straight(
     scale: float,
     residual: NDArray[np.float32],
 ) -> bool:
-    """Whether the residual of a fit surely has no loss that depends on the amplitude.
+    """Whether the residual of a fit has rather no loss that depends on the amplitude.
 
     The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
     is filled in.
@@ -311,7 +311,7 @@ def _straight(
     basis[0], basis[1], basis[2] = 0.0, 0.0, 1.0
     column, _ = solve_spd(matrix, basis)
     variance = column[2] * rest / (count - 3)
-    return _log_odds(fitted[2], variance, sd) < _SURE - _MARGIN
+    return _log_odds(fitted[2], variance, sd) < _EVEN - _MARGIN
 
 
 @njit(**INNER)
