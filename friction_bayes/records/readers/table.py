@@ -266,7 +266,8 @@ def _signal_name(
     raise _headerless(table, place) or InputError(
         place,
         f"no column says what was measured among {_listed(table)}",
-        f"name it one of {columns}, or give --signal-column, --quantity and --unit",
+        f"name it one of {columns}, or give --signal-column and --unit, and --quantity where that is no unit "
+        "of motion, as V",
     )
 
 
@@ -320,7 +321,9 @@ def _meaning(
         kind = quantity_named(measured)
     if kind is None:
         raise InputError(
-            place, f"column {name!r} does not say what was measured", "give --quantity and --unit"
+            place,
+            f"column {name!r} does not say what was measured",
+            "give --unit, and --quantity where that is no unit of motion, as V",
         )
     return kind, *unit_and_factor(kind, stated, unit, scale, place=place, column=name)
 

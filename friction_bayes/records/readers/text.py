@@ -357,13 +357,15 @@ def _numbers(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
     try:
         return np.array(cells, dtype=np.str_).astype(float)
     except ValueError:
-        for row, cell in zip(rows, cells, strict=True):
-            if not cell or not _is_number(cell):
-                what = f"{cell!r} is not a number" if cell else "the cell is empty"
-                remedy = "correct or remove that row"
-                if ":" in cell:
-                    remedy = (
-                        "write times like 12:03:04.250 or 2024-03-01T12:03:04.250, or give --sampling-rate"
-                    )
-                raise InputError(f"{path}: row {row}", f"column {name}: {what}", remedy) from None
-        raise
+        wrong = [k for k, cell in enumerate(cells) if not cell or not _is_number(cell)]
+        if not wrong:
+            raise
+        row, cell = rows[wrong[0]], cells[wrong[0]]
+        what = f"{cell!r} is not a number" if cell else "the cell is empty"
+        remedy = "correct or remove that row"
+        if len(wrong) > 1:
+            what += f", one of {len(wrong)} without a number"
+            remedy = "correct or remove those rows, the times need not be even"
+        if ":" in cell:
+            remedy = "write times like 12:03:04.250 or 2024-03-01T12:03:04.250, or give --sampling-rate"
+        raise InputError(f"{path}: row {row}", f"column {name}: {what}", remedy) from None

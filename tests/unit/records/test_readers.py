@@ -168,6 +168,7 @@ def edited(**changes):
     [
         (edited(row17="0.15,abc"), "decay.csv: row 17: column displacement_m: 'abc' is not a number"),
         (edited(row17="0.15,"), "row 17: column displacement_m: the cell is empty"),
+        (edited(row17="0.15,", row20="0.18,"), "the cell is empty, one of 2 without a number"),
         (edited(row17="0.15"), "row 17: found 1 of 2 cells"),
         (edited(row17="0.15,0.001,3"), "row 17: found 3 cells where the first line has 2"),
         (edited(row17="0.15,nan"), r"decay.csv: signal is nan at row 17 \(t = 0.15 s\)"),
@@ -341,7 +342,7 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
             r"'Angle' is not there; give one of Time \(s\), Angle, Ch 1\+2 \(rad\), Angular",
         ),
         ({"run": 1, "signal_column": 1, "unit": "deg"}, "is in rad, unit says deg"),
-        ({"run": 1, "signal_column": 3}, "does not say what was measured; give quantity and unit"),
+        ({"run": 1, "signal_column": 3}, "does not say what was measured; give unit, and quantity where"),
         ({"run": 1, "time_column": 3, "signal_column": 1}, r"time column Output Voltage \(V\) is in V"),
     ],
 )
