@@ -9,7 +9,7 @@ BIN = $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --no-compile --quiet --disable-pip-version-check
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test docs paper blind measured lint build clean
+.PHONY: help demo test docs paper blind measured bench lint build clean
 
 help:
 	@echo "make demo      the main job on synthetic records: every estimator, and a closed loop, in under a minute"
@@ -18,6 +18,7 @@ help:
 	@echo "make paper     every result and figure of the paper, next to its numbers, and what each took; resumes what was interrupted"
 	@echo "make blind     the loop on sealed synthetic records"
 	@echo "make measured  the estimators and the loop on measured records, which are downloaded"
+	@echo "make bench     time, memory and accuracy by asv, kept for each commit"
 	@echo "make lint      style, format and types"
 	@echo "make build     wheel and sdist, tried out from an empty folder"
 	@echo "make clean     remove what the targets made"
@@ -74,6 +75,12 @@ blind: $(VENV)/.test
 
 measured: $(VENV)/.test
 	$(BIN)/python -m experiments measured
+
+# in the environment that is there: of another commit, asv makes its own
+bench: $(VENV)/.dev
+	$(BIN)/asv machine --config benchmarks/asv.conf.json --yes
+	ASV_PYTHONPATH=$(CURDIR) OMP_NUM_THREADS=1 $(BIN)/asv run --config benchmarks/asv.conf.json --environment existing:$(abspath $(BIN)/python) \
+		--set-commit-hash $$(git rev-parse HEAD)
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -235,6 +235,12 @@ class Fit:
         return None if best.filter is None else BehindFilter(best.filter.name, best.gain, probability)
 
     @property
+    def bent_spring(self) -> tuple[float, float]:
+        """Probability that the stiffness changes with the swing, and by which share at the largest."""
+        found = [account.bent_spring for account in self.accounts]
+        return sum(own for own, _ in found), max(found)[1] if found else 0.0
+
+    @property
     def target(self) -> Target:
         """The same posterior for the sampler, built anew: its functions could not be pickled."""
         return self.build_target()

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy import stats
 
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Integers, Mask
@@ -31,7 +32,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
-from friction_bayes.estimators.envelope.loss_of_amplitude import RATHER_EVEN, UnevenLoss, uneven_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss, uneven_loss
 from friction_bayes.estimators.equally_probable import EquallyProbable, equally_probable
 from friction_bayes.estimators.estimate import check_choices
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
@@ -40,11 +41,14 @@ from friction_bayes.estimators.noise.stray_samples import stray_samples
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import far_apart, rather_a_push
-from friction_bayes.estimators.stack import TIME_LAST, as_stack
+from friction_bayes.estimators.stack import TIME_LAST, as_stack, names_time
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
+from friction_bayes.estimators.witness import answer_parts, not_negative
 from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.held_readings import held_readings
+from friction_bayes.records.joined_readings import joined_readings
 from friction_bayes.records.record import MINIMUM_SAMPLES
 
 __all__ = ["STATUS", "WARNINGS", "estimate_batch"]
@@ -74,6 +78,7 @@ WARNINGS = {
     "pendulum": "the swings look like a pendulum's",
     "negative_friction": "friction is negative",
     "push": "a force would have to act many times as large as friction",
+    "held_readings": "readings are held, or joined by straight lines: estimate takes them alone",
 }
 """Bits of ``warnings``, the lowest first, and what they say of a record."""
 _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
@@ -85,6 +90,8 @@ _SHARE_IN_PLACE, _SHARE_COPIED = 1.0 / 4.0, 1.0 / 16.0
 """Of the memory of the records, whose samples are worked on at a time: as they are, or copied to floats."""
 _LEAST_PART, _LARGEST_PART = 2_000_000, 16_000_000
 """So many of them."""
+_COLUMNS_SEEN = 100
+"""Of an array that may be turned, about."""
 
 _COLUMNS = (
     "friction_mean",
@@ -211,6 +218,7 @@ def estimate_batch(
             "peaks": peaks,
             "with_force": with_force,
             "judge": judge,
+            "may_be_turned": not names_time(records),
         },
         input_core_dims=[["time"]],
         output_core_dims=[["column"]],
@@ -254,9 +262,11 @@ def _estimate_rows(
     peaks: str,
     with_force: bool,
     judge: bool,
+    may_be_turned: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
-    share = _SHARE_IN_PLACE if values.dtype == np.float64 else _SHARE_COPIED
+    in_place = values.dtype == np.float64 and values.flags.c_contiguous
+    share = _SHARE_IN_PLACE if in_place else _SHARE_COPIED
     most = min(max(int(share * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
     rows = max(most // max(values.shape[1], 1), 1)
     parts = [
@@ -267,18 +277,20 @@ def _estimate_rows(
         for part in np.split(values, range(rows, len(values), rows))
     ]
     table = np.concatenate(parts)
-    _refuse_turned(values, table[:, _STATUS] == _OK, like)
+    if may_be_turned:
+        _refuse_turned(values, table[:, _STATUS] == _OK, like)
     return table
 
 
 def _refuse_turned(values: Array, decays: Mask, like: FreeDecays) -> None:
     """Refuse an array more of whose columns than of its rows hold a decay, ``decays`` those of the rows.
 
-    Looked at where most rows hold none.
+    Looked at where most rows hold none, in some of the columns.
     """
     if len(values) < MINIMUM_SAMPLES or decays.mean() >= 0.5:
         return
-    columns = np.require(values.T, np.float64, ["C", "W"])
+    some = slice(None, None, max(values.shape[1] // _COLUMNS_SEEN, 1))
+    columns = np.require(values[:, some].T, np.float64, ["C", "W"])
     along = locate_free_decays(columns, like.step, like.system.natural_frequency, like.quantity.order)
     share = float(np.mean(along.status == FOUND))
     if share > decays.mean():
@@ -337,7 +349,7 @@ def _estimate_chunk(
         _refuse_saturated(table, used, decays, white)
     if with_force:
         fit_of = partial(estimator.fit, prior=prior, peaks=PEAKS[0])
-        table, looked_at = _answered(table, used, decays, flags, white, straight, fit_of)
+        table, looked_at = _answered(table, used, decays, flags, white, straight, fits, fit_of)
     if not judge:
         return table
     return np.column_stack([table, _judged(table, used, decays, looked_at, flags, white & straight)])
@@ -406,7 +418,7 @@ def _judged(
         "frequency": far_apart(system, frequency, frequency_sd),
         **{
             name: np.zeros_like(used)
-            for name in ("later_start", "uneven_loss", "pendulum", "samples_set_aside")
+            for name in ("later_start", "uneven_loss", "pendulum", "samples_set_aside", "held_readings")
         },
     }
     for row in np.flatnonzero(used).tolist():
@@ -419,10 +431,16 @@ def _judged(
             found["samples_set_aside"][row] = bool(decay.stray)
             found["uneven_loss"][row] = uneven
             found["pendulum"][row] = bool(pendulum_notes(decay))
+            found["held_readings"][row] = _has_repeats(decays.values[row])
     judged = flags.copy()
     for name, applies in found.items():
         judged[applies] |= _BIT[name]
     return np.where(used, judged, 0)
+
+
+def _has_repeats(values: Array) -> bool:
+    """Whether some readings are held, or joined by straight lines."""
+    return bool(held_readings(values).any() or joined_readings(values).any())
 
 
 def _sure(uneven: UnevenLoss | None) -> bool:
@@ -513,26 +531,44 @@ def _answered(
     flags: Integers,
     white: Mask,
     straight: Mask,
+    fits: Fits,
     fit_of: Callable[[FreeDecay], Fit],
 ) -> tuple[Array, dict[int, tuple[FreeDecay, bool]]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
-    But where a glance at the residual shows white noise alone, and a loss of amplitude that is rather even,
-    as in records that are ``straight``, the fit is the answer: what ``estimate`` adds to it is a force and
-    other losses that are not excluded, by their small probability. ``used`` is left with the records that
-    were answered, ``flags`` with what their forces are warned of for. Returned too are the decays that were
-    looked at, by row, and whether their loss is surely uneven.
+    But where a glance at the residual shows white noise alone, the fit is the answer, with what the
+    amplitudes say of other losses by their probability unless that is sure, and nothing of them in records
+    that are ``straight``: what ``estimate`` adds to that is a force that is not excluded. ``used`` is left
+    with the records that were answered, ``flags`` with what their forces are warned of for. Returned too are
+    the decays that were looked at, by row, and whether their loss is surely uneven.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
     system, kind, unit = decays.system, decays.quantity, decays.unit
     looked_at: dict[int, tuple[FreeDecay, bool]] = {}
+
+    def write(row: int, answer: Any, frequency: float, frequency_sd: float, **new: float) -> None:
+        factors = force_factors(system, kind, unit, frequency, frequency_sd)
+        friction = equally_probable([scaled(answer, f, relative_sd=sd) for f, sd in factors])
+        length = scaled(answer, frequency**-kind.order)
+        for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
+            new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
+            new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
+        for name, value in (new | {"frequency": frequency, "frequency_sd": frequency_sd}).items():
+            table[row, column[name]] = value
+
     as_fitted = white & (table[:, column["friction_low"]] > 0.0)
     for row in np.flatnonzero(used & as_fitted & ~straight).tolist():
         decay = decays.decay(row)
         uneven = uneven_loss(decay)
-        as_fitted[row] = uneven is not None and uneven.probability < RATHER_EVEN
+        if uneven is None or uneven.sure:
+            as_fitted[row] = False
+            continue
         looked_at[row] = decay, False
+        degrees, location, scale = (float(each[row]) for each in fits.parameters)
+        fitted = stats.t(df=degrees, loc=location, scale=scale)
+        answer = not_negative(answer_parts(fitted, None, uneven))
+        write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay, fit = answered(decays.decay(row), fit_of)
         if fit.surely_negative:
@@ -542,23 +578,11 @@ def _answered(
         looked_at[row] = decay, _sure(fit.uneven_loss)
         flags[row] &= ~_BIT["negative_friction"]
         flags[row] |= _BIT["push"] * rather_a_push(fit.random_force)
-        new = {
-            "noise_sd": fit.noise_sd,
-            "frequency": fit.frequency,
-            "frequency_sd": fit.frequency_sd,
-            "rest_position": fit.rest_position,
-        }
+        new = {"noise_sd": fit.noise_sd, "rest_position": fit.rest_position}
         if fit.random_force is not None:
             new["random_force_probability"] = fit.random_force.probability
             new["random_force_sd"] = float(fit.random_force.sd.mean()) * force_factor(system, kind, unit)
-        factors = force_factors(system, kind, unit, fit.frequency, fit.frequency_sd)
-        friction = equally_probable([scaled(fit.answer, f, relative_sd=sd) for f, sd in factors])
-        length = scaled(fit.answer, fit.frequency**-kind.order)
-        for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
-            new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
-            new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
-        for name, value in new.items():
-            table[row, column[name]] = value
+        write(row, fit.answer, fit.frequency, fit.frequency_sd, **new)
     return table, looked_at
 
 

@@ -16,7 +16,7 @@ from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.core.text import interval, listed, number, percent
+from friction_bayes.core.text import interval, listed, number, percent, words
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
@@ -260,7 +260,7 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     falls, (how, under, then) = "falls" if uneven.sure else "may fall", _FASTER if uneven.faster else _SLOWER
     if uneven.losses:
         likely = sorted(uneven.losses.items(), key=lambda loss: -loss[1])
-        named = [f"{name} ({percent(share)})" for name, share in likely if share >= SLIGHT]
+        named = [f"{words(name)} ({percent(share)})" for name, share in likely if share >= SLIGHT]
         under, then = f"as under {listed(named, 'or')}", "then"
     if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
         then += " there need be no dry friction"
@@ -284,11 +284,9 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
 
 def _bent_spring_note(decay: FreeDecay, fit: Fit) -> list[str]:
     """Note of a frequency that changes with the swing, where it probably does."""
-    found = [each.bent_spring for each in fit.accounts]
-    probability = sum(own for own, _ in found)
+    probability, share = fit.bent_spring
     if probability < 0.5:
         return []
-    _, share = max(found)
     return [
         f"{decay.name}: the frequency changes with the swing (probability {number(probability, 3)}), as on a "
         f"spring {percent(abs(share))} {'stiffer' if share > 0.0 else 'softer'} at the largest: friction is "

@@ -299,11 +299,15 @@ class Estimate(Shown):
                 "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
                 "witness": self._witness_summary(),
                 "uneven_loss": self._uneven_loss_summary(),
+                "cubic_stiffness": self._cubic_stiffness_summary(),
                 "fitted": {
                     "from_s": self.decay.start_time,
                     "to_s": self.decay.start_time + self.decay.duration,
                     "samples": self.decay.values.size,
                     "half_cycles": self.decay.half_cycles,
+                    "stray_samples_at_s": sorted(self.decay.stray),
+                    "interference_at_hz": sorted(self.decay.lines),
+                    "zero_drift": self.decay.drift,
                 },
                 "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
                 "prior": self.prior,
@@ -342,6 +346,12 @@ class Estimate(Shown):
             "friction": friction.to_dict(),
             "losses": uneven.losses,
         }
+
+    def _cubic_stiffness_summary(self) -> dict[str, float] | None:
+        if not self.fit.accounts:
+            return None
+        probability, share = self.fit.bent_spring
+        return {"probability": probability, "share_at_largest_swing": share}
 
     def _filter_summary(self) -> dict[str, Any] | None:
         behind = self.fit.filter

@@ -69,8 +69,8 @@ def answer_parts(posterior: Any, witness: Witness | None, uneven: UnevenLoss | N
     uneven : UnevenLoss or None
     """
     if witness is None:
-        return [AnswerPart(1.0, posterior)]
-    if not witness.agrees:
+        found = [AnswerPart(1.0, posterior)]
+    elif not witness.agrees:
         found = [AnswerPart(0.5, posterior), AnswerPart(0.5, witness.coefficient)]
     elif witness.bounds:
         wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)

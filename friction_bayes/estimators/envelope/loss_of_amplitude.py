@@ -50,12 +50,7 @@ Dry friction alone has the rest: most machines are damped a little, few much.
 SURELY_UNEVEN = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
 RATHER_EVEN = 0.05
-"""The same below which dry friction alone is reported by a quick fit.
-
-Of 60 records in which damping takes 2 to 15 % of the loss a batch had 3 more than a width off, with 0.1 in
-place of 0.05 it had 5, with 0.95 11 (one by one: 2); of 60 under dry friction alone 16, 10 and 10 take the
-long way.
-"""
+"""The same below which it is not evaluated of a record of a batch."""
 
 _AMPLITUDE, _FRICTION = 0, 1
 """Columns of the rows."""

@@ -23,6 +23,7 @@ from scipy.special import expit, logsumexp, softmax
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.text import words
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
 from friction_bayes.estimators.noise.coulomb_regression import (
@@ -198,17 +199,17 @@ class NoiseAccount:
 
     def _named(self, others: Sequence[str]) -> str:
         """The account in words, with the other forces of some of its sets."""
-        words = ["coloured noise" if self.coloured else "white noise"]
+        named = ["coloured noise" if self.coloured else "white noise"]
         if self.weaker_above:
-            words = ["noise taken to be as strong as near the motion's frequency"]
-        words += ["a random force"] if self.forced else []
-        words += others
-        words += ["corners of any shape"] if self.free_corners else []
+            named = ["noise taken to be as strong as near the motion's frequency"]
+        named += ["a random force"] if self.forced else []
+        named += map(words, others)
+        named += ["corners of any shape"] if self.free_corners else []
         if self.unlisted is not None:
-            words += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
+            named += [f"behind {UNLISTED}, gain {self.gain:.4g}"]
         if self.filter is not None:
-            words += [f"{'behind' if self.unlisted is None else 'like'} {self.filter.name}"]
-        return ", ".join(words)
+            named += [f"{'behind' if self.unlisted is None else 'like'} {self.filter.name}"]
+        return ", ".join(named)
 
     @cached_property
     def _posterior(self) -> Posterior:

@@ -28,6 +28,12 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR
 from friction_bayes.estimators.noise.added_columns import AddedColumns
 from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
+from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
+from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.presliding import PRESLIDING
+from friction_bayes.mechanics.effects.quadratic_drag import QUADRATIC_DRAG
+from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
+from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
@@ -45,12 +51,15 @@ __all__ = [
 ]
 
 _DAMPING, _DRAG, _DRIFTING, BENT_SPRING, _STRIBECK, _PRESLIDING = (
-    "viscous damping",
-    "quadratic drag",
-    "friction that changes with time",
-    "a stiffness that changes with the swing",
-    "friction that is higher at low speed",
-    "a contact that springs before it slides",
+    effect.name
+    for effect in (
+        VISCOUS_DAMPING,
+        QUADRATIC_DRAG,
+        FRICTION_DRIFT,
+        CUBIC_STIFFNESS,
+        STRIBECK_FRICTION,
+        PRESLIDING,
+    )
 )
 _PROBABILITY = MappingProxyType(
     {
@@ -69,7 +78,7 @@ middle, as those of dry friction alone, and of 60 in which damping takes 2 to 15
 3.3 times; 85 % of the latter are covered by either.
 """
 FORCES = tuple(_PROBABILITY)
-"""In words."""
+"""By their names in the catalogue of effects."""
 LOSSES = tuple(name for name in FORCES if name != BENT_SPRING)
 """Those of them that take energy."""
 _MOST_AT_ONCE, _MOST_COLUMNS = 2, 4

@@ -29,6 +29,7 @@ from friction_bayes.estimators.noise.force_screen import (
     probability_of_none,
 )
 from friction_bayes.estimators.noise.noise_level import (
+    RATHER_NONE,
     compared_forces,
     samples_in_mean,
     samples_of_colour,
@@ -56,7 +57,7 @@ _TAILS = 2.0
 """Sds of the mean fourth power above which the long form looks for stray samples; it costs but time."""
 _MARGIN = 1.0
 """Log odds by which a test passes that is not made exactly as its long form is."""
-_NONE = 0.55
+_NONE = RATHER_NONE + 0.05
 """Probability of no force that passes, where the clock is that of the table as nearly as below."""
 _SAME_CLOCK = 0.02
 """Rad by which the phase of a record may run away from the table's."""

@@ -344,6 +344,7 @@ DOUBTS = {
     ),
     "hand against": (pushed_decay(push=-3.0), {"disturbed_release"}),
     "drive": (driven_decay(), {"driven_before"}),
+    "held": (long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=4), {"held_readings"}),
     "stray sample": (long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=3), {"samples_set_aside"}),
 }
 """Records of which ``estimate`` says something before or next to the number, and which warnings these are."""
@@ -354,12 +355,14 @@ SAID = {
     "driven_before": "no amplitude was lost up to",
     "samples_set_aside": "set aside as outliers",
     "frequency": "standard deviations apart",
+    "held_readings": "repeat the one before while the motion goes on",
 }
 
 
 def doubtful() -> np.ndarray:
     rows = np.array([record.values[:1200] for record, _ in DOUBTS.values()])
     rows[-1, 700] += 1.0
+    rows[-2] = rows[-2, ::2].repeat(2)
     return rows
 
 
@@ -373,7 +376,7 @@ def test_what_estimate_says_has_its_bit_and_is_counted_once(random_force: str) -
     with pytest.warns(RecordWarning) as said:
         result = estimate_batch(values, SYSTEM, sampling_rate=100.0, random_force=random_force)
     (summary,) = said
-    assert str(summary.message).startswith("4 of 5 records have warnings (samples leap out of the motion and")
+    assert str(summary.message).startswith("5 of 6 records have warnings (samples leap out of the motion and")
     assert "the amplitude falls faster or slower while it is larger: 1" in str(summary.message)
     assert summary.filename == __file__
     assert result["warnings"].attrs["flag_meanings"].split() == list(WARNINGS)
@@ -407,6 +410,20 @@ def test_nothing_is_judged_where_it_is_not_asked_for_and_dask_stays_silent() -> 
     lazy = estimate_batch(da.from_array(values, chunks=(1, 400)), SYSTEM, sampling_rate=100.0).compute()
     assert names_of(int(lazy["warnings"][0])) == {"uneven_loss"}
     xr.testing.assert_allclose(lazy.drop_vars("warnings"), plain_numbers, rtol=1e-12)
+
+
+def test_dead_machines_are_no_turned_array() -> None:
+    """A zero that swings from record to record looks like a decay across them."""
+    point = np.arange(150)
+    swing = 1e-3 * np.exp(-point / 60.0) * np.cos(2.0 * np.pi * point / 40.0)
+    time = np.arange(400) / 100.0
+    values = swing[:, None] + 1e-5 * np.random.default_rng(1).standard_normal((150, 400))
+    values[:20] = long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=1).values[:400]
+    named = xr.DataArray(values, dims=("record", "time"), coords={"time": time})
+    result = estimate_batch(named, SYSTEM, random_force="none", judge=False)
+    assert (result["status"].values == 0).tolist() == [True] * 20 + [False] * 130
+    with pytest.raises(InputError, match="of the columns"):
+        estimate_batch(values, SYSTEM, sampling_rate=100.0, random_force="none", judge=False)
 
 
 def test_tops_flat_below_noise_are_clipped_with_a_random_force_and_without() -> None:

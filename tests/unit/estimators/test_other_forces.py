@@ -115,7 +115,7 @@ RECORDS = {
     "damping": {"viscous_damping.damping_ratio": 0.004},
     "drag": {"quadratic_drag.drag_coefficient": 4.0},
     "drift": {"friction_drift.relative_change": 0.4},
-    "curved drift": {"curved_friction_drift.relative_change": 0.3, "curved_friction_drift.curvature": 0.6},
+    "curved drift": {"curved_friction_drift.relative_change": 0.3, "curved_friction_drift.time_share": 0.4},
     "bent spring": {"cubic_stiffness.cubic_stiffness": 0.03 * 800.0 / 0.02**2},
     "Stribeck": {"stribeck_friction.static_excess": 0.5, "stribeck_friction.stribeck_velocity": 0.06},
     "pre-sliding": {"presliding.displacement": 3e-4},

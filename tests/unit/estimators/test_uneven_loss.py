@@ -184,7 +184,7 @@ def test_friction_with_damping_is_said_before_the_number() -> None:
     assert damped == pytest.approx(found.friction.interval(0.9), rel=0.01)
     assert "viscous damping (" in found.notes[0]
     reported = found.to_dict()["uneven_loss"]
-    assert reported["losses"]["viscous damping"] > 0.5
+    assert reported["losses"]["viscous_damping"] > 0.5
     assert reported["faster"] is True
     assert reported["probability"] > 0.95
     assert reported["friction"]["interval90"] == pytest.approx(damped, rel=0.01)
@@ -300,7 +300,7 @@ def test_friction_with_damping_counts_by_its_probability() -> None:
         answer = not_negative(answer_parts(alone, agreeing, UnevenLoss(probability, True, damped)))
         assert answer.cdf(1.5) == pytest.approx(probability)
         assert answer.cdf(1.0) == pytest.approx(0.5 * probability)
-        counted = UnevenLoss(probability, True, damped, {"viscous damping": 1.0})
+        counted = UnevenLoss(probability, True, damped, {"viscous_damping": 1.0})
         assert not_negative(answer_parts(alone, agreeing, counted)) is alone
     assert not_negative(answer_parts(alone, agreeing, UnevenLoss(0.005, True, damped))) is alone
 
