@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from friction_bayes.core.text import duration, interval90, number, of_friction, percent, with_interval
+from friction_bayes.core.text import duration, interval90, number, of_friction, percent, with_interval, words
 from friction_bayes.estimators.noise.noise_accounts import UNLISTED
+from friction_bayes.estimators.noise.other_forces import BENT_SPRING
 from friction_bayes.estimators.result import Estimate
 
 __all__ = ["JUDGEMENTS", "apart", "behind_filter", "estimate_story", "story_of_estimate"]
@@ -77,7 +78,10 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     text += behind_filter(noise["filter"])
     uneven = result["uneven_loss"]
     if uneven is not None and uneven["losses"] is not None and uneven["probability"] > _LIKELY:
-        text += "".join(f", {name}" for name, share in uneven["losses"].items() if share > _LIKELY)
+        text += "".join(f", {words(name)}" for name, share in uneven["losses"].items() if share > _LIKELY)
+    spring = result["cubic_stiffness"]
+    if spring is not None and spring["probability"] > _LIKELY:
+        text += f", {words(BENT_SPRING)}"
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"
     elif force["probability"] > _WORTH_A_WORD:
