@@ -16,7 +16,8 @@ def moving_record(scales: Scales, *effects: str, block: int = 1) -> MovingRecord
     """A record with these scales, of means of so many samples; its values do not count."""
     system, rate = scales.system, scales.sampling_rate
     samples = round(scales.duration * rate)
-    values = scales.amplitude * np.cos(system.natural_frequency / rate * np.arange(samples))
-    record = fb.make_record(np.arange(samples) / rate, values, scales.quantity.name)
+    time = np.arange(samples) / rate
+    values = scales.amplitude * (1.0 - 0.5 * time / scales.duration) * np.cos(system.natural_frequency * time)
+    record = fb.make_record(time, values, scales.quantity.name)
     (segment,) = cut_records([record], system)
     return MovingRecord.of(replace(segment, values=values, block=block), system, effects, scales)

@@ -375,7 +375,7 @@ class PreparedDecay:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
 
-    def weighed(self, laid: Laid, name: str) -> tuple[float, Array]:
+    def best_law_with(self, laid: Laid, name: str) -> tuple[float, Array]:
         """Probability of the sets with a column, and the best law of these, both without a force."""
         found = integrate_force(Problem.of(laid.regression), self.prior.without_force)
         having = laid.regression.sets[None, :, laid.regression.names.index(name)]

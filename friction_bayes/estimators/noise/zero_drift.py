@@ -29,7 +29,7 @@ def zero_drift(decay: PlainDecay) -> Array | None:
         return None
     laid = prepared.along_fit()
     laid = laid.with_other_forces(prepared, shapes=()).with_drift(laid.frequency * prepared.decay.time[-1])
-    probability, law = prepared.weighed(laid, DRIFT)
+    probability, law = prepared.best_law_with(laid, DRIFT)
     if probability < 0.5:
         return None
     change = laid.unit * law[[name == DRIFT for name in laid.regression.names]]

@@ -7,11 +7,11 @@ that drifts. Left in, each passes for a random force or for coloured noise.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
@@ -75,19 +75,24 @@ def plain_decay(decay: FreeDecay, fit: Fit) -> PlainDecay:
 def _without_stray(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
     """The decay without stray samples, and its fit."""
     for _ in range(_MOST_FITS):
-        if fit.prediction is None or fit.motion is None:
-            break
-        span, rounded = float(np.ptp(decay.values)), _rounded_at_turns(decay, fit, fit.motion)
-        stray = stray_samples(decay.values - fit.prediction, span, rounded)
+        stray = _stray_of(decay, fit)
         if not stray.any():
             break
+        without = decay.without_stray(stray)
         try:
-            without = decay.without_stray(stray)
             decay, fit = without, fit_of(without)
         except InputError:
             # what is left would be no decay
             break
     return decay, fit
+
+
+def _stray_of(decay: FreeDecay, fit: Fit) -> Mask:
+    """Which samples of a decay are rather stray, shape (n,)."""
+    if fit.prediction is None or fit.motion is None:
+        return np.zeros(decay.values.size, np.bool_)
+    rounded = _rounded_at_turns(decay, fit, fit.motion)
+    return stray_samples(decay.values - fit.prediction, float(np.ptp(decay.values)), rounded)
 
 
 def _rounded_at_turns(decay: FreeDecay, fit: Fit, motion: FittedMotion) -> Array | float:
@@ -108,20 +113,9 @@ def _without_lines(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit
     """The decay less lines off the motion's harmonics, and its fit; less the strays that they hid."""
     with_them = decay
     lines: tuple[Line, ...] = ()
-    motion = fit.frequency / (2.0 * math.pi)
-    search = LineSearch(decay.step, decay.duration, motion, lowest=_LOWEST * motion)
     for _ in range(_MOST_FITS):
-        if fit.prediction is None:
-            break
-        residual = decay.values - fit.prediction
-        even = _evenly(decay, residual)
-        found = (
-            *steady_lines([even], search, [line for line in lines if line.steady]),
-            *decaying_lines(even, search, [line for line in lines if not line.steady]),
-        )
-        # what is higher than its surroundings alone, as in the quiet band of a filter, takes nothing away
-        found = tuple(line for line in found if search.shows(line, decay.time, residual))
-        if not found:
+        found = _more_lines(decay, fit, lines)
+        if fit.prediction is None or not found:
             break
         lines = (*lines, *found)
         waves = np.column_stack([wave for line in lines for wave in line.waves(decay.time).values()])
@@ -129,6 +123,19 @@ def _without_lines(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit
         decay = with_them.without_lines(waves @ size, [line.frequency for line in lines])
         fit = fit_of(decay)
     return _without_stray(decay, fit, fit_of) if lines else (decay, fit)
+
+
+def _more_lines(decay: FreeDecay, fit: Fit, known: Sequence[Line]) -> tuple[Line, ...]:
+    """Lines in the residual of a fit, other than those known."""
+    if fit.prediction is None:
+        return ()
+    residual, motion = decay.values - fit.prediction, fit.frequency / (2.0 * math.pi)
+    search = LineSearch(decay.step, decay.duration, motion, lowest=_LOWEST * motion)
+    even = _evenly(decay, residual)
+    found = steady_lines([even], search, [line for line in known if line.steady])
+    found += decaying_lines(even, search, [line for line in known if not line.steady])
+    # what is higher than its surroundings alone, as in the quiet band of a filter, takes nothing away
+    return tuple(line for line in found if search.shows(line, decay.time, residual))
 
 
 def _evenly(decay: FreeDecay, residual: Array) -> Array:
