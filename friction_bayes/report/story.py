@@ -317,7 +317,7 @@ def loop_grounds(report: Report) -> list[tuple[str, str]]:
         ("residual", _residual(report, "after")),
     ]
     if report["witnesses"]:
-        word = "agree" if report["witnesses"]["agree"] else "DISAGREE"
+        word = "agree" if report["witnesses"]["agree"] else "disagree"
         rows.append(
             ("two witnesses", f"friction by the loss of amplitude and by the shape of a cycle {word}")
         )
@@ -500,8 +500,8 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
     outcome = "they agree"
     if not witnesses["agree"]:
         outcome = (
-            "loss and shape DISAGREE: an error of the sensor that follows the direction of motion, or an "
-            "effect that the law lacks; trust the loss of amplitude"
+            "loss and shape estimates disagree: an error of the sensor that follows the direction of motion, "
+            "or an effect that the law lacks; trust the loss of amplitude"
         )
     return (
         f"{with_interval(witnesses['loss'])} by the loss of amplitude\n"

@@ -449,7 +449,7 @@ def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]
     """The accounts, and one with other forces and a random one, with their probabilities.
 
     By the odds of both against one of the two, the more probable one, in its most probable account, which
-    stands for all of them; where neither is rather needed, both are not.
+    represents all of them; where neither is rather needed, both are not.
     """
     forced = [each for each in found if each.part.has_force]
     others = [each for each in found if each.part.laid.has_other_forces]
