@@ -110,3 +110,34 @@ def test_what_does_not_fit_is_refused() -> None:
         Mixture.of_normals(2.0 * one, one, one)
     with pytest.raises(InputError, match="Student t"):
         Mixture(one, one, one, 3.0 * one, positive=True)
+
+
+def cut_normal(location: float, scale: float) -> Mixture:
+    return Mixture.of_normals(np.ones(1), np.array([location]), np.array([scale]), positive=True)
+
+
+@pytest.mark.parametrize(
+    ("below", "mean", "variance"),
+    [
+        (3.0, 0.2830986549304365, 0.07055918678526811),
+        (10.0, 0.09809323396251196, 0.009445377825656262),
+        (20.0, 0.049753068527850546, 0.0024632616150521637),
+        (30.0, 0.03325966743367704, 0.001103771511890091),
+        (300.0, 0.0033332592633741475, 1.1110370438949582e-05),
+        (1e4, 9.99999980000001e-05, 9.99999940000005e-09),
+    ],
+)
+def test_moments_of_a_normal_cut_far_out_in_its_tail(below: float, mean: float, variance: float) -> None:
+    """By a continued fraction for the ratio of the tail to the density, in eighty digits."""
+    cut = cut_normal(-2.0 * below, 2.0)
+    assert cut.mean() == pytest.approx(2.0 * mean, rel=2e-8)
+    assert cut.var() == pytest.approx(4.0 * variance, rel=4e-8)
+
+
+def test_moments_of_a_cut_normal_go_over_into_those_of_the_whole() -> None:
+    near = cut_normal(0.5, 1.0)
+    expected = stats.truncnorm(-0.5, np.inf, 0.5, 1.0)
+    assert near.mean() == pytest.approx(expected.mean(), rel=1e-12)
+    assert near.var() == pytest.approx(expected.var(), rel=1e-12)
+    whole = cut_normal(30.0, 2.0)
+    assert (whole.mean(), whole.var()) == pytest.approx((30.0, 4.0), rel=1e-12)
