@@ -24,7 +24,8 @@ def _force(
     p: Array,
     i: int,
 ) -> float:
-    return friction * p[i] * direction * direction
+    # r e sign(v)^2: the same in either direction, also where the direction is known as an expectation alone
+    return friction * p[i]
 
 
 ASYMMETRIC_FRICTION = ForceEffect(

@@ -45,7 +45,7 @@ CATALOGUE = {
     "asymmetric_friction": ("force", {"asymmetry": ("1", "1")}),
     "stribeck_friction": ("force", {"static_excess": ("1", "1"), "stribeck_velocity": ("m/s", "rad/s")}),
     "friction_drift": ("force", {"relative_change": ("1", "1")}),
-    "curved_friction_drift": ("force", {"relative_change": ("1", "1"), "curvature": ("1", "1")}),
+    "curved_friction_drift": ("force", {"relative_change": ("1", "1"), "time_share": ("1", "1")}),
     "cubic_stiffness": ("force", {"cubic_stiffness": ("N/m3", "N m/rad3")}),
     "stiffness_drift": ("force", {"relative_change": ("1", "1")}),
     "sensor_offset": ("sensor", {"offset": ("V", "V")}),

@@ -105,8 +105,12 @@ TERMS = {
         lambda t, x, v, s: K * x + R * s * (1 + 1.1 * (t / T - 0.5)),
     ),
     "curved_friction_drift": (
-        {"relative_change": -0.7, "curvature": 2.0},
-        lambda t, x, v, s: K * x + R * s * (1 - 0.7 * (t / T - 0.5) + 2.0 * ((t / T - 0.5) ** 2 - 1 / 12)),
+        {"relative_change": -0.7, "time_share": 0.25},
+        # of what is left to come, which falls to exp(-4), less its mean
+        lambda t, x, v, s: (
+            K * x
+            + R * s * (1 + 0.7 * (math.exp(-4 * t / T) - 0.25 * (1 - math.exp(-4))) / (1 - math.exp(-4)))
+        ),
     ),
     "stiffness_drift": (
         {"relative_change": 0.02},
