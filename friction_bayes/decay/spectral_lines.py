@@ -23,6 +23,7 @@ from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 __all__ = [
     "ALARM_RATE",
     "HARMONIC_BAND",
+    "LINES_APART",
     "LOG_DECAY_TIME",
     "Line",
     "LineSearch",
@@ -42,7 +43,7 @@ _NEIGHBOURS = 61
 """Ordinates of a spectrum in the surroundings that a line is compared with."""
 _QUANTILES = (0.5, 0.9)
 """Of these, from each of which their mean is computed."""
-_APART = 4.0
+LINES_APART = 4.0
 """Distance between two lines times the length of the window: those of a windowed signal are four wide."""
 _CLOSE = 1e-3
 """Ordinates to within which the frequency of a line is sought: a hundredth of a radian at the end."""
@@ -137,7 +138,7 @@ class LineSearch(NamedTuple):
         # a line that dies out is so wide at half its power
         width = 1.0 / (math.pi * decay_time)
         # apart from its own negative frequency
-        least = max(0.5 * _APART / self.duration, 1.0 / decay_time, self.lowest)
+        least = max(0.5 * LINES_APART / self.duration, 1.0 / decay_time, self.lowest)
         band = max(self.band * self.motion, width)
         off = np.abs(line - np.rint(line / self.motion) * self.motion) >= band
         return np.asarray(~off | (line < least))
@@ -209,7 +210,7 @@ class _Spectrum:
     def strike_out(self, line: Line) -> None:
         """Exclude the surroundings of a line from the search for others."""
         length = min(self.window.size * self.search.step, _DECAYED * line.decay_time)
-        self.height[np.abs(self.frequency - line.frequency) * length < _APART] = 0.0
+        self.height[np.abs(self.frequency - line.frequency) * length < LINES_APART] = 0.0
 
     def highest(self) -> tuple[Line, Line]:
         """The ordinate of the highest peak, and the line that it is part of."""
@@ -240,8 +241,9 @@ def steady_lines(
 def decaying_lines(signal: Array, search: LineSearch, known: Sequence[Line] = ()) -> tuple[Line, ...]:
     """Lines that die out within a signal (see :func:`steady_lines`)."""
     spectra = []
-    for part in _PARTS:
-        samples = signal.size // part
+    for samples in (signal.size // part for part in _PARTS):
+        if samples < 2.0 * LINES_APART:
+            break
         window = np.exp(-_DECAYED / samples * np.arange(samples))
         spectra.append(_Spectrum.of(signal, window, samples * search.step / _DECAYED, search))
     return _found(spectra, search, known)

@@ -41,7 +41,7 @@ from friction_bayes.estimators.noise.stray_samples import stray_samples
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import far_apart, rather_a_push
-from friction_bayes.estimators.stack import TIME_LAST, as_stack, names_time
+from friction_bayes.estimators.stack import TIME_LAST, as_stack
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
@@ -79,9 +79,12 @@ WARNINGS = {
     "negative_friction": "friction is negative",
     "push": "a force would have to act many times as large as friction",
     "held_readings": "readings are held, or joined by straight lines: estimate takes them alone",
+    "taken_out": "interference, another mode or a drift of the sensor's zero is taken out",
 }
 """Bits of ``warnings``, the lowest first, and what they say of a record."""
 _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
+_OF_DECAYS = ("later_start", "uneven_loss", "pendulum", "samples_set_aside", "held_readings", "taken_out")
+"""Those that show in the decay that was used."""
 
 _COEFFICIENTS = 5
 """Fitted to each record."""
@@ -128,9 +131,8 @@ def estimate_batch(
 
     The numbers are those of :func:`friction_bayes.estimate` with ``random_force="none"``, record by record,
     up to rounding. With ``random_force="auto"`` method ``waveform`` averages those records whose residuals
-    are not white noise over a force that fluctuates, as :func:`friction_bayes.estimate` does with all. A loss
-    of amplitude that is not by dry friction alone counts only where it is sure, while
-    :func:`friction_bayes.estimate` counts it by its probability.
+    are not white noise over a force that fluctuates, as :func:`friction_bayes.estimate` does with all. In the
+    others losses that are not by dry friction count by the probability that the amplitudes give them.
     Readings that a logger held (:mod:`friction_bayes.records.held_readings`) are fitted as they are: all
     records have one clock here. Estimate such a record by itself.
 
@@ -218,7 +220,8 @@ def estimate_batch(
             "peaks": peaks,
             "with_force": with_force,
             "judge": judge,
-            "may_be_turned": not names_time(records),
+            # times of their own say which axis is theirs
+            "may_be_turned": "time" not in stack.coords,
         },
         input_core_dims=[["time"]],
         output_core_dims=[["column"]],
@@ -416,10 +419,7 @@ def _judged(
         "disturbed_release": located.disturbed > 0,
         "driven_before": located.driven,
         "frequency": far_apart(system, frequency, frequency_sd),
-        **{
-            name: np.zeros_like(used)
-            for name in ("later_start", "uneven_loss", "pendulum", "samples_set_aside", "held_readings")
-        },
+        **{name: np.zeros_like(used) for name in _OF_DECAYS},
     }
     for row in np.flatnonzero(used).tolist():
         decay, uneven = looked_at.get(row, (None, False))
@@ -431,7 +431,10 @@ def _judged(
             found["samples_set_aside"][row] = bool(decay.stray)
             found["uneven_loss"][row] = uneven
             found["pendulum"][row] = bool(pendulum_notes(decay))
-            found["held_readings"][row] = _has_repeats(decays.values[row])
+            repeats = _has_repeats(decays.values[row])
+            found["held_readings"][row] = repeats
+            # what repeats leave may pass for a drift
+            found["taken_out"][row] = not repeats and (bool(decay.lines) or decay.drift > 0.0)
     judged = flags.copy()
     for name, applies in found.items():
         judged[applies] |= _BIT[name]

@@ -307,7 +307,7 @@ class Estimate(Shown):
                     "half_cycles": self.decay.half_cycles,
                     "stray_samples_at_s": sorted(self.decay.stray),
                     "interference_at_hz": sorted(self.decay.lines),
-                    "zero_drift": self.decay.drift,
+                    "zero_drift": {"range": self.decay.drift, "unit": self.decay.unit},
                 },
                 "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
                 "prior": self.prior,

@@ -13,18 +13,12 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantit
 from friction_bayes.records.clock import is_even, sampling_interval
 from friction_bayes.records.record import seconds_from_first
 
-__all__ = ["TIME_LAST", "as_stack", "names_time"]
+__all__ = ["TIME_LAST", "as_stack"]
 
 TIME_LAST = (
     "give (records, samples), a DataArray with a dimension time, or a DataFrame with one column a record"
 )
 """Remedy for an array of another shape."""
-
-
-def names_time(records: Any) -> bool:
-    """Whether records have times of their own, which say which of their axes is time."""
-    several = records if isinstance(records, list | tuple) else [records]
-    return any(isinstance(each, xr.DataArray) and "time" in each.coords for each in several)
 
 
 def as_stack(

@@ -15,7 +15,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
-from friction_bayes.decay.spectral_lines import Line, LineSearch, decaying_lines, steady_lines
+from friction_bayes.decay.spectral_lines import LINES_APART, Line, LineSearch, decaying_lines, steady_lines
 from friction_bayes.estimators.base import Fit, FittedMotion
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
 from friction_bayes.estimators.noise.noise_accounts import needs_no_force
@@ -72,18 +72,23 @@ def plain_decay(decay: FreeDecay, fit: Fit) -> PlainDecay:
     )
 
 
+def _fitted(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> Fit | None:
+    """The fit of what is left of a decay; None where that is no decay any more."""
+    try:
+        return fit_of(decay)
+    except InputError:
+        return None
+
+
 def _without_stray(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
     """The decay without stray samples, and its fit."""
     for _ in range(_MOST_FITS):
         stray = _stray_of(decay, fit)
-        if not stray.any():
-            break
         without = decay.without_stray(stray)
-        try:
-            decay, fit = without, fit_of(without)
-        except InputError:
-            # what is left would be no decay
+        there = _fitted(without, fit_of) if stray.any() else None
+        if there is None:
             break
+        decay, fit = without, there
     return decay, fit
 
 
@@ -120,9 +125,21 @@ def _without_lines(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit
         lines = (*lines, *found)
         waves = np.column_stack([wave for line in lines for wave in line.waves(decay.time).values()])
         size = np.linalg.lstsq(waves, with_them.values - fit.prediction, rcond=None)[0]
-        decay = with_them.without_lines(waves @ size, [line.frequency for line in lines])
-        fit = fit_of(decay)
+        without = with_them.without_lines(waves @ size, _distinct(lines, decay.duration))
+        there = _fitted(without, fit_of)
+        if there is None:
+            break
+        decay, fit = without, there
     return _without_stray(decay, fit, fit_of) if lines else (decay, fit)
+
+
+def _distinct(lines: Sequence[Line], duration: float) -> list[float]:
+    """Frequencies of lines: one that dies out slowly is found as steady first, and as what is left of it."""
+    found: list[float] = []
+    for frequency in (line.frequency for line in lines):
+        if all(abs(frequency - each) * duration >= LINES_APART for each in found):
+            found.append(frequency)
+    return found
 
 
 def _more_lines(decay: FreeDecay, fit: Fit, known: Sequence[Line]) -> tuple[Line, ...]:
@@ -153,7 +170,7 @@ def _with_its_zero(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit
     drift = zero_drift(plain_decay(decay, fit))
     if drift is not None:
         without = decay.without_drift(drift)
-        there = fit_of(without)
-        if needs_no_force(plain_decay(without, there)):
+        there = _fitted(without, fit_of)
+        if there is not None and needs_no_force(plain_decay(without, there)):
             return without, there
     return decay, fit

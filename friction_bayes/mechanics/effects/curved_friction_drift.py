@@ -36,9 +36,11 @@ def _force(
 ) -> float:
     if p[i] == 0.0:
         return 0.0
-    whole = -math.expm1(-1.0 / p[i + 1])
-    gone = -math.expm1(-t / (p[i + 1] * duration))
-    mean = 1.0 - p[i + 1] * whole
+    rate = 1.0 / p[i + 1]
+    whole = -math.expm1(-rate)
+    gone = -math.expm1(-rate * t / duration)
+    # of a slow one a difference of nearly equal numbers
+    mean = 1.0 - whole / rate if rate > 1e-3 else rate * (0.5 - rate * (1.0 / 6.0 - rate / 24.0))
     return friction * p[i] * (gone - mean) / whole * direction
 
 
@@ -58,7 +60,11 @@ CURVED_FRICTION_DRIFT = ForceEffect(
         ),
         # much longer than the record it is a drift along a line
         Parameter(
-            name="time_share", unit="1", low=0.0, open_low=True, prior=lambda scales: log_normal(0.3, 1.0)
+            name="time_share",
+            unit="1",
+            low=0.0,
+            open_low=True,
+            prior=lambda scales: log_normal(0.3, 1.0),
         ),
     ),
     excludes=(FRICTION_DRIFT.name,),

@@ -356,6 +356,7 @@ SAID = {
     "samples_set_aside": "set aside as outliers",
     "frequency": "standard deviations apart",
     "held_readings": "repeat the one before while the motion goes on",
+    "taken_out": "is taken out",
 }
 
 
@@ -420,8 +421,9 @@ def test_dead_machines_are_no_turned_array() -> None:
     values = swing[:, None] + 1e-5 * np.random.default_rng(1).standard_normal((150, 400))
     values[:20] = long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=1).values[:400]
     named = xr.DataArray(values, dims=("record", "time"), coords={"time": time})
-    result = estimate_batch(named, SYSTEM, random_force="none", judge=False)
-    assert (result["status"].values == 0).tolist() == [True] * 20 + [False] * 130
+    for labelled in (named, pd.DataFrame(values.T, index=time)):
+        result = estimate_batch(labelled, SYSTEM, random_force="none", judge=False)
+        assert (result["status"].values == 0).tolist() == [True] * 20 + [False] * 130
     with pytest.raises(InputError, match="of the columns"):
         estimate_batch(values, SYSTEM, sampling_rate=100.0, random_force="none", judge=False)
 

@@ -93,6 +93,12 @@ def test_one_record_and_a_batch_leave_out_the_same(count: int, rng: np.random.Ge
     assert float(batch["friction_mean"][2]) == pytest.approx(alone.friction.mean(), rel=1e-10)
 
 
+def test_fewer_samples_than_a_line_takes_are_no_crash() -> None:
+    short = record("displacement", 1, sampling_rate=16.0)[:10]
+    short.values[8] += 0.5 * AMPLITUDE
+    assert fb.estimate(short, SYSTEM).friction.mean() > 0.0
+
+
 def test_a_short_record_hides_none_from_a_batch() -> None:
     short = [record("displacement", seed, sampling_rate=24.0) for seed in range(2)]
     short[1].values[short[1].size // 2] += 0.3 * AMPLITUDE

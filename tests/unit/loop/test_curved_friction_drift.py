@@ -60,7 +60,7 @@ def test_it_is_the_same_friction_on_a_clock_that_starts_later(
         assert level * friction(t, later) == pytest.approx(friction(t + 0.3, values), rel=1e-12)
 
 
-@pytest.mark.parametrize("time_share", [0.05, 0.4, 3.0])
+@pytest.mark.parametrize("time_share", [0.05, 0.4, 3.0, 999.0, 1001.0, 1e12])
 def test_friction_changes_by_its_change_about_its_mean(time_share: float) -> None:
     time, values = np.linspace(0.0, 1.0, 2001), np.array([0.5, time_share])
     change = [EFFECT.force(t, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, values, 0) for t in time]
