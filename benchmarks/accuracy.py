@@ -70,6 +70,8 @@ def measure(
                 sampling_rate=1.0 / (decay.time[1] - decay.time[0]),
                 quantity=QUANTITIES[decay.order],
                 method=method,
+                # under the law that the records have: losses that they lack are not averaged over
+                random_force="none",
                 judge=False,
             )
             low, high = result["friction_interval90"].values.T

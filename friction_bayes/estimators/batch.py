@@ -220,7 +220,6 @@ def estimate_batch(
             "peaks": peaks,
             "with_force": with_force,
             "judge": judge,
-            # times of their own say which axis is theirs
             "may_be_turned": "time" not in stack.coords,
         },
         input_core_dims=[["time"]],
@@ -288,7 +287,8 @@ def _estimate_rows(
 def _refuse_turned(values: Array, decays: Mask, like: FreeDecays) -> None:
     """Refuse an array more of whose columns than of its rows hold a decay, ``decays`` those of the rows.
 
-    Looked at where most rows hold none, in some of the columns.
+    Looked at where most rows hold none, in some of the columns; not of records with times of their own, which
+    say which axis is theirs.
     """
     if len(values) < MINIMUM_SAMPLES or decays.mean() >= 0.5:
         return

@@ -29,6 +29,7 @@ def hits(quantity: str, method: str, rng: np.random.Generator) -> np.ndarray:
             sampling_rate=1.0 / STEP,
             quantity=quantity,
             method=method,
+            random_force="none",
             judge=False,
         )
         low, high = result["friction_interval90"].values[result["status"].values == 0].T

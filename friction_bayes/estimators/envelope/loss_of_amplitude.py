@@ -253,7 +253,8 @@ def _regressed(amplitudes: _Amplitudes, *, prior_sd: float | None = None) -> _Re
     own, right = upper[:, :-1, :-1], upper[:, :-1, -1:]
     rest = np.maximum(upper[:, -1, -1] ** 2, least)
     diagonal = np.abs(np.diagonal(own, axis1=1, axis2=2))
-    if np.any(diagonal.min(axis=1) <= 1e-12 * np.abs(own).max(axis=(1, 2))):
+    # each by its own column: one is in the unit of the signal
+    if np.any(diagonal <= 1e-12 * np.linalg.norm(own, axis=1)):
         return None
     inverse = np.linalg.inv(own)
     location = (inverse @ right)[:, :, 0]
