@@ -34,7 +34,6 @@ from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
 
 __all__ = [
     "EXACT_TO",
-    "RATHER_EVEN",
     "SURELY_UNEVEN",
     "UNEVEN_PRIOR",
     "UnevenLoss",
@@ -49,8 +48,6 @@ Dry friction alone has the rest: most machines are damped a little, few much.
 """
 SURELY_UNEVEN = 0.95
 """Probability of a loss not by dry friction alone, from which on it is reported first."""
-RATHER_EVEN = 0.05
-"""The same below which a quick look at a record of a batch passes, which then has dry friction alone."""
 
 _AMPLITUDE, _FRICTION = 0, 1
 """Columns of the rows."""

@@ -20,7 +20,7 @@ from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
-from friction_bayes.estimators.envelope.loss_of_amplitude import RATHER_EVEN, UNEVEN_PRIOR
+from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
     ComparedForces,
@@ -51,8 +51,10 @@ from friction_bayes.estimators.waveform.normal_equations import (
 from friction_bayes.statespace.coloured_noise import MOST_LAGS, most_lags, order_cost
 from friction_bayes.statespace.kalman import sensor_row
 
-__all__ = ["glance"]
+__all__ = ["RATHER_EVEN", "glance"]
 
+RATHER_EVEN = 0.05
+"""Probability of a loss not by dry friction alone below which a record passes, which then has that alone."""
 _TAILS = 2.0
 """Sds of the mean fourth power above which the long form looks for stray samples; it costs but time."""
 _MARGIN = 1.0

@@ -9,10 +9,11 @@ from decays import SYSTEM, long_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.estimators.base import FreeDecays
-from friction_bayes.estimators.envelope.loss_of_amplitude import RATHER_EVEN, uneven_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import uneven_loss
 from friction_bayes.estimators.noise.force_screen import force_table, probability_of_none
 from friction_bayes.estimators.noise.noise_level import compared_forces, looks_white
 from friction_bayes.estimators.registry import estimator_named
+from friction_bayes.estimators.waveform.glance import RATHER_EVEN
 from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.response import at_sensor
 from friction_bayes.statespace.transition import initial_response

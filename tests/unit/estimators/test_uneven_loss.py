@@ -372,17 +372,8 @@ def test_neither_dry_friction_nor_a_random_force_is_taken_for_it(seed: int) -> N
 @pytest.mark.parametrize("scale", [1e-9, 1e-7, 1e5])
 def test_it_is_known_in_any_unit(scale: float) -> None:
     """A column in the unit of the signal is no less known for being small."""
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.2,
-        initial_displacement=0.05,
-        duration=12.0,
-        sampling_rate=50.0,
-        noise_sd=4e-4,
-        seed=5,
-    )
-    system = fb.Oscillator(mass=SYSTEM.mass, stiffness=SYSTEM.stiffness)
-    found, scaled = (uneven_loss(find_free_decay(each, system)) for each in (record, scale * record))
+    record = decay(0.2)
+    found, scaled = (uneven_loss(find_free_decay(each, SYSTEM)) for each in (record, scale * record))
     assert found is not None
     assert scaled is not None
     assert scaled.probability == pytest.approx(found.probability, rel=1e-6)
