@@ -28,7 +28,7 @@ class LoopSettings:
     false_alarm_rate: float = _setting(
         0.01,
         "probability",
-        "that a test of the residual, of several records or for a knock fails by chance",
+        "that a test of the residual, of witnesses, of several records or for a knock fails by chance",
         "convention",
     )
     noise_alarm_rate: float = _setting(

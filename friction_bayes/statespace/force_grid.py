@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import minimize
 
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array, Indices, Mask
@@ -35,8 +34,16 @@ _STRIPS = 7
 """Equal strips of ``log tau`` whose middles show how many modes there are."""
 _SIZE_STEPS = (0.75, 0.25)
 """Of ``u``, of the search for the best size at one correlation time: at first, and from the next strip's."""
-_MODE_STEPS = np.array([0.1, 0.3])
+_MODE_STEPS = (0.2, 0.3)
 """Of the search for a mode, where it is known to a strip."""
+_STENCIL = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [1.0, 1.0]])
+"""Places, in such steps, through which one quadratic leads."""
+_LONGEST_STEP, _MOST_STEPS = 4.0, 6
+"""Of Newton's method, in such steps."""
+_SAME = 0.05
+"""Nats by which a further step no longer matters."""
+_UNLIKELY = 20.0
+"""Nats below the best set at which others do not become probable on the way to a mode."""
 _CELL = 1.2
 """Side of a grid cell in posterior standard deviations."""
 _DEPTH = 3.5
@@ -47,6 +54,8 @@ cell there is looked at by chance; one that lies twice as many below the best is
 """
 _MOST_CELLS = 80
 _OUTSIDE = 1e10
+_ROUNDING = 1e-9
+"""Of ``log tau``, by which places lie within the bounds of the prior."""
 _SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
 """Points of a cell, in its sides, that show how much of it lies within the prior."""
 
@@ -238,6 +247,11 @@ class _Density:
             self.known[key] = point.found.log_total + point.log_volume
         return self.known[key]
 
+    def of_likely_sets(self, place: Array) -> _Density:
+        """The same without sets that are improbable at a place."""
+        found = self.problem.evaluate(*self.force(place))
+        return _Density(self.problem.among(found.within(_UNLIKELY)), self.prior)
+
     def place(self, force: GridPoint) -> Array:
         """Place of a force, its correlation time moved within the bounds of the prior."""
         tau = min(max(force.tau, self.prior.tau_low), self.prior.tau_high)
@@ -339,31 +353,50 @@ def humps(heights: Array) -> Indices:
 
 
 def _climb(density: _Density, low: float, high: float) -> Array:
-    """Nelder and Mead from the best place known with ``log tau`` between these bounds."""
+    """The best place with ``log tau`` between these bounds, by Newton's steps from the best one known.
 
-    def inside(place: Array | tuple[float, ...]) -> bool:
-        return low <= place[1] <= high
+    A step leads to the top of the quadratic through a stencil, or else to the best place of this.
+    """
 
-    def misfit(place: Array) -> float:
-        return -density(place) if inside(place) else _OUTSIDE
+    def best(among: _Density) -> Array:
+        inside = (key for key in among.known if low <= key[1] <= high)
+        return np.array(max(inside, key=lambda key: among.known[key]))
 
-    def best() -> Array:
-        known = density.known
-        return np.array(max(filter(inside, known), key=lambda key: known[key]))
+    start = best(density)
+    few = density.of_likely_sets(start)
+    few(start)
+    size_step, tau_step = _MODE_STEPS
+    first, last = low + _ROUNDING, high - _ROUNDING
+    for _ in range(_MOST_STEPS):
+        before = best(few)
+        reach = min(tau_step, 0.5 * (last - first))
+        centre = np.array([before[0], min(max(before[1], first + reach), last - reach)])
+        values = np.array([few(centre + step * np.array([size_step, reach])) for step in _STENCIL])
+        size, tau = _top(values, (first - centre[1]) / reach, (last - centre[1]) / reach)
+        few(centre + np.array([size * size_step, tau * reach]))
+        if few(best(few)) < few(before) + _SAME:
+            break
+    density(best(few))
+    return best(density)
 
-    start = best()
-    minimize(
-        misfit,
-        start,
-        method="Nelder-Mead",
-        options={
-            "maxfev": 45,
-            "xatol": 0.2,
-            "fatol": 0.05,
-            "initial_simplex": start + np.vstack([np.zeros(2), np.diag(_MODE_STEPS)]),
-        },
-    )
-    return best()
+
+def _top(values: Array, low: float, high: float) -> tuple[float, float]:
+    """Top of the quadratic through the values on the stencil, in its steps, the second within these bounds.
+
+    Where it has none, as far in the direction in which it rises as a step may lead.
+    """
+    middle, right, left, up, down, corner = values
+    slope, rise = 0.5 * (right - left), 0.5 * (up - down)
+    bend, mixed = right + left - 2.0 * middle, corner - right - up + middle
+    if bend >= 0.0:
+        return math.copysign(_LONGEST_STEP, slope), 0.0
+    # along the best sizes
+    rise -= mixed * slope / bend
+    curve = up + down - 2.0 * middle - mixed**2 / bend
+    tau = -rise / curve if curve < 0.0 else math.copysign(_LONGEST_STEP, rise)
+    tau = min(max(tau, low, -_LONGEST_STEP), high, _LONGEST_STEP)
+    size = -(slope + mixed * tau) / bend
+    return min(max(size, -_LONGEST_STEP), _LONGEST_STEP), tau
 
 
 def _cells(density: _Density, mode: _Mode) -> list[GridPoint]:
@@ -412,7 +445,7 @@ def _axes(density: _Density, mode: Array) -> Array:
     low, high = math.log(density.prior.tau_low), math.log(density.prior.tau_high)
     for _ in range(2):
         offsets = stencil @ axes.T
-        reach = np.max(np.abs(offsets[:, 1])) + 1e-9
+        reach = np.max(np.abs(offsets[:, 1])) + _ROUNDING
         centre = np.array([mode[0], min(max(mode[1], low + reach), high - reach)])
         at_edge = centre[1] != mode[1]
         if at_edge:

@@ -215,6 +215,16 @@ class Problem:
         again._known = {}
         return again
 
+    def among(self, sets: Mask) -> Problem:
+        """The same of some of its sets alone, ``sets`` of shape (n,)."""
+        again = copy(self)
+        for name in ("sets", "number", "spread_number", "log_prior", "_own_set", "_deviating", "_possible"):
+            setattr(again, name, getattr(self, name)[sets])
+        for name in ("_part_of_set", "_parts"):
+            again.__dict__.pop(name, None)
+        again._known, again._bounded = {}, {}
+        return again
+
     def evaluate(self, ratio: float, tau: float) -> SetEvidences:
         """Weights of all sets given the common ``q / sigma`` and ``tau``, remembered."""
         if (ratio, tau) not in self._known:

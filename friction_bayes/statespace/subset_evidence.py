@@ -99,6 +99,11 @@ class SetEvidences(NamedTuple):
         counts = self.log_weight > self.log_weight.max() - _LEFT_OUT
         return float(np.logaddexp.reduce(self.log_weight[counts]))
 
+    def within(self, nats: float) -> Mask:
+        """Sets that may be so near to the best, by their bounds where not evaluated, shape (m,)."""
+        best = self.log_weight.max()
+        return np.asarray(self.log_weight > best - nats - _LEFT_OUT)
+
 
 class NestedSets(NamedTuple):
     """Sets of columns in the order that is fastest for :func:`bound_sets`.

@@ -34,6 +34,7 @@ class Witnesses:
         Of the loss of amplitude, and of the shape within a cycle; not cut at zero, since a friction that is
         negative indicates an error.
     agree : bool
+        Whether they differ by no more than they would by chance.
     """
 
     loss: Summary
@@ -75,7 +76,8 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     by_loss, by_shape = (
         Summary.of_distribution(norm(unit_force * mean[j], unit_force * sd[j]), unit) for j in (-2, -1)
     )
-    agree = bool(abs(mean[-2] - mean[-1]) < settings.SETTINGS.unseen * apart)
+    by_chance = 2.0 * float(norm.sf(abs(mean[-2] - mean[-1]) / apart))
+    agree = by_chance > settings.SETTINGS.false_alarm_rate
     return Witnesses(by_loss, by_shape, agree=agree)
 
 

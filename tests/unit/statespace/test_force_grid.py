@@ -58,6 +58,10 @@ class Landscape:
             return self._evaluated(0.0)
         return self._evaluated(float(self.height(math.log(ratio * at_resonance(tau)), math.log(tau))))
 
+    def among(self, sets):
+        assert sets.all()
+        return self
+
     def marginals(self, point, chosen):
         del chosen
         return np.array([math.log(point.tau)]), np.ones(1)

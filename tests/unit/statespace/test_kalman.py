@@ -671,6 +671,10 @@ class Bump:
         across = np.log(ratio * at_resonance(tau)) - self.slope * (np.log(tau) - self.log_tau)
         return -0.5 * ((across / self.sd[0]) ** 2 + ((np.log(tau) - self.log_tau) / self.sd[1]) ** 2)
 
+    def among(self, sets: np.ndarray) -> Bump:
+        assert sets.all()
+        return self
+
     def evaluate(self, ratio: float, tau: float) -> SetEvidences:
         value = float(self.log_likelihood(np.array(ratio), np.array(tau))) if ratio > 0.0 else 0.0
         return SetEvidences(np.array([value]), np.ones(1), 1.0)
