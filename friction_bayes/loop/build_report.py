@@ -28,7 +28,7 @@ from friction_bayes.loop.judgement import Judgement, judge
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.next_experiment import next_experiment
+from friction_bayes.loop.report.next_experiment import WHETHER_IT_RUBS, next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
 from friction_bayes.loop.report.result import LoopReport
@@ -127,7 +127,9 @@ def _next_experiment(judged: Judgement, candidates: Candidates) -> str | None:
     if judged.against:
         depends_on, failed = candidates.left()["depends_on"], candidates.tests.failed
         return experiment_on_unexplained(depends_on, failed, judged.against, len(candidates.best))
-    return None
+    rubs, least = judged.dry["probability"], settings.SETTINGS.credible_mass
+    open_whether = 1.0 - least < rubs < least
+    return WHETHER_IT_RUBS if judged.word == AMBIGUOUS and open_whether else None
 
 
 def _reference_check(

@@ -115,7 +115,7 @@ def _verdict(report: Report, records: int) -> str:
             matters = percent(report["dry_friction"]["probability"])
             return (
                 f"Coulomb friction{added} explains {what} ({share}), but the probability that dry friction "
-                f"matters is only {matters}: a longer record, to the stop, would show."
+                f"matters is only {matters}."
             )
         law = set(best["effects"]) - {"random_force"}
         if all(set(c["effects"]) - {"random_force"} == law for c in credible):

@@ -27,6 +27,7 @@ from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
 
 __all__ = [
+    "WHETHER_IT_RUBS",
     "Contender",
     "Proposal",
     "expected_log_bayes_factor",
@@ -36,6 +37,11 @@ __all__ = [
     "rival_prediction",
 ]
 
+WHETHER_IT_RUBS = (
+    "Record the decay until it stops, or release it once more from a third of the amplitude and close the "
+    "loop on both records: dry friction ends a motion, a loss that grows with the speed lets it die out."
+)
+"""Where one set of effects is known, and not whether dry friction acts with it."""
 _STEP = 1e-3
 _STATE_STEP = 1e-4
 """Difference step in the initial state, in amplitudes."""

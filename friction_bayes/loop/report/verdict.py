@@ -106,7 +106,8 @@ def verdict(
     Coulomb friction alone, with or without a random force and what a sensor adds to any motion, is adequate
     where the candidates with together 95 % agree on friction, whether another effect acts or not; but not
     where friction itself is so uncertain that all agree. Effects explain a record where they have 95 % by
-    themselves. No law explains a record that it forecasts worse than Coulomb friction alone.
+    themselves, with dry friction or without: a law that does not know whether that acts is not known. No law
+    explains a record that it forecasts worse than Coulomb friction alone.
 
     Parameters
     ----------
@@ -125,7 +126,7 @@ def verdict(
     if against:
         return AMBIGUOUS
     least, effects = settings.SETTINGS.credible_mass, sets[0] - {RANDOM_FORCE.name}
-    if effects and probabilities[0] >= least:
+    if effects and min(float(probabilities[0]), max(rubs, 1.0 - rubs)) >= least:
         return "explained"
     known = min(float(probabilities[agrees].sum()), rubs) >= least
     return "adequate" if known and effects <= _ADDED else AMBIGUOUS
