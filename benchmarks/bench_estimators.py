@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.throughput import batch, over_sum, paper_records, peak_share
-from friction_bayes import close_loop, estimate, estimate_batch, sample_reference
+from benchmarks.loops import RECORDS, closed
+from benchmarks.throughput import batch, over_sum, paper_records, peak_memory, peak_share
+from friction_bayes import estimate, estimate_batch, sample_reference
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
 from friction_bayes.statespace.force_grid import integrate_force
@@ -29,7 +30,7 @@ from friction_bayes.statespace.transition import initial_response
 
 METHODS = ["normal-gamma", "gamma-exponential", "envelope", "waveform"]
 SEEDS = range(20)
-RECORDS = 50
+COPIES = 50
 
 
 def ratio(slow: Callable[[], Any], fast: Callable[[], Any], repeats: int = 5) -> float:
@@ -122,34 +123,30 @@ class RandomForce:
 
 
 class Loop:
-    """The loop on one record of 10,000 samples, all sets of effects evaluated."""
+    """The loop on one record, all sets of effects evaluated."""
 
+    params = (list(RECORDS),)
+    param_names = ("record",)
     timeout = 300
 
-    def setup(self):
-        self.record = self.simulate()
-        self.loop()
+    def setup(self, record):
+        self.given = RECORDS[record]()
+        closed(self.given)
 
-    def simulate(self):
-        return simulate(
-            PAPER_SYSTEM,
-            friction=PAPER_FRICTION,
-            initial_displacement=PAPER_RELEASE,
-            duration=20.0,
-            sampling_rate=500.0,
-            noise_sd=2e-4,
-            seed=1,
-        )
+    def time_loop(self, record):
+        closed(self.given)
 
-    def loop(self):
-        return close_loop([self.record], PAPER_SYSTEM, seed=1)
+    def track_peak_memory(self, record):
+        """Most memory in use during the loop, in addition to what was there."""
+        return peak_memory(lambda: closed(self.given))
 
-    def time_loop(self):
-        self.loop()
+    def track_loop_over_simulation(self, record):
+        """Time of the loop over that of making the record."""
+        return ratio(lambda: closed(self.given), RECORDS[record])
 
-    def track_loop_over_simulation(self):
-        """Time of the loop over that of simulating the record."""
-        return ratio(self.loop, self.simulate)
+    def track_friction_error(self, record):
+        """Relative error of the mean friction."""
+        return closed(self.given).friction_after["mean"] / self.given[2] - 1.0
 
 
 class Batch:
@@ -167,7 +164,7 @@ class Batch:
             noise_sd=5e-4,
             seed=1,
         )
-        self.stack = np.tile(self.record.values, (RECORDS, 1))
+        self.stack = np.tile(self.record.values, (COPIES, 1))
         self.batch()
         self.one_by_one()
 
@@ -175,7 +172,7 @@ class Batch:
         return estimate_batch(self.stack, PAPER_SYSTEM, sampling_rate=200.0)
 
     def one_by_one(self):
-        return [estimate(self.record, PAPER_SYSTEM) for _ in range(RECORDS)]
+        return [estimate(self.record, PAPER_SYSTEM) for _ in range(COPIES)]
 
     def time_batch(self):
         self.batch()

@@ -1,27 +1,32 @@
 """Where one estimate, one loop and the start of the program take their time, by part of the package.
 
-``python -m benchmarks.profiles [--page PAGE]`` prints a table; ``--page`` puts it between the markers of a
-Markdown page. Times are processor times of one thread, kernels compiled before.
+``python -m benchmarks.profiles [--page PAGE]`` prints tables; ``--page`` puts them between the markers of a
+Markdown page. Times are processor times of one thread, kernels compiled before unless it says cold.
 """
 
 from __future__ import annotations
 
 import argparse
 import cProfile
+import os
 import pstats
 import resource
 import subprocess
 import sys
+import tempfile
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
 from time import process_time
 from typing import Any
 
 import friction_bayes
 from benchmarks.accuracy import written_between
+from benchmarks.loops import loops_table, plain_record
 from friction_bayes import close_loop, estimate, simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
+from friction_bayes.records.writers import write_record
 
 PACKAGE = Path(friction_bayes.__file__).parent
 LISTED = 5
@@ -30,6 +35,9 @@ STARTS = {
     "`import friction_bayes`": ["-c", "import friction_bayes"],
     "`friction_bayes.estimate` found": ["-c", "import friction_bayes as fb; fb.estimate"],
 }
+IMPORTS = ["-c", "import numpy, scipy, numba, xarray, matplotlib"]
+"""What the packages below take alone."""
+COMMAND_SAMPLES, PAIRS = 4_000, 5
 
 
 def part_of(file: str) -> str:
@@ -59,18 +67,54 @@ def profiled(work: Callable[[], Any]) -> tuple[float, str]:
     return elapsed, ", ".join(parts)
 
 
-def started(arguments: list[str]) -> float:
-    """Processor time of a new Python that does so little, the second time."""
+def started(arguments: list[str], **environment: str) -> float:
+    """Processor time of a new Python that does so little."""
 
     def used() -> float:
         usage = resource.getrusage(resource.RUSAGE_CHILDREN)
         return usage.ru_utime + usage.ru_stime
 
-    before = 0.0
-    for _ in range(2):
-        before = used()
-        subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
+    before = used()
+    run = [sys.executable, *arguments]
+    subprocess.run(run, check=True, stdout=subprocess.DEVNULL, env={**os.environ, **environment})
     return used() - before
+
+
+def warm(arguments: list[str]) -> float:
+    """Processor time of the second start."""
+    started(arguments)
+    return started(arguments)
+
+
+def commands_table() -> list[str]:
+    """Commands on a file, with no kernel compiled before and, over importing what they need, with all."""
+    record, system, _ = plain_record(COMMAND_SAMPLES)
+    lines = ["| command | s |", "|---|---|"]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "record.csv"
+        write_record(record, file)
+        given = [str(file), "--mass", f"{system.moving:g}", "--stiffness", f"{system.stiffness:g}"]
+        commands = {
+            "estimate": ["-m", "friction_bayes", "estimate", *given],
+            "close-loop": [
+                "-m",
+                "friction_bayes",
+                "close-loop",
+                *given,
+                "--out",
+                f"{folder}/loop",
+                "--force",
+            ],
+        }
+        for name, command in commands.items():
+            cold = started(command, NUMBA_CACHE_DIR=f"{folder}/{name}")
+            lines.append(f"| `friction-bayes {name}`, cold | {cold:.1f} |")
+        for name, command in commands.items():
+            warm(command)
+            pairs = [(started(command), started(IMPORTS)) for _ in range(PAIRS)]
+            spent, ratio = (median(each) for each in zip(*((a, a / b) for a, b in pairs), strict=True))
+            lines.append(f"| `friction-bayes {name}`, warm: {ratio:.1f} times `{IMPORTS[1]}` | {spent:.1f} |")
+    return lines
 
 
 def main() -> None:
@@ -97,7 +141,8 @@ def main() -> None:
     for name, work in works.items():
         elapsed, parts = profiled(work)
         lines.append(f"| {name} | {elapsed:.2f} | {parts} |")
-    lines += [f"| {name} | {started(arguments):.2f} | |" for name, arguments in STARTS.items()]
+    lines += [f"| {name} | {warm(arguments):.2f} | |" for name, arguments in STARTS.items()]
+    lines += ["", *loops_table(), "", *commands_table()]
     print("\n".join(lines))
     if options.page is not None:
         written_between(options.page, "profiles", lines)

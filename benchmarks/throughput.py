@@ -8,6 +8,8 @@ with those of ``numpy.sum`` over the same array, so that they mean the same on a
 from __future__ import annotations
 
 import argparse
+import ctypes
+import gc
 import math
 import re
 import warnings
@@ -81,22 +83,30 @@ def over_sum(work: Callable[[], Any], records: Array, repeats: int = 3) -> tuple
     return slow / fast, fast
 
 
-def peak_share(records: Array) -> float:
-    """Most memory in use while a batch is estimated, less that before, over that of the records.
-
-    Without a random force: a long look for one loads its kernels.
-    """
+def peak_memory(work: Callable[[], Any]) -> int:
+    """Most memory in use during a work, less that before [bytes]."""
 
     def status(key: str) -> int:
         found = re.search(rf"{key}:\s+(\d+)", Path("/proc/self/status").read_text())
         assert found is not None
         return 1024 * int(found.group(1))
 
-    batch(records[: len(records) // 100], random_force="none")
+    gc.collect()
+    # or the work is given what others freed, which this process still has
+    ctypes.CDLL(None).malloc_trim(0)
     Path("/proc/self/clear_refs").write_text("5")
     before = status(RESIDENT)
-    batch(records, random_force="none")
-    return (status(PEAK) - before) / records.nbytes
+    work()
+    return status(PEAK) - before
+
+
+def peak_share(records: Array) -> float:
+    """Most memory in use while a batch is estimated, less that before, over that of the records.
+
+    Without a random force: a long look for one loads its kernels.
+    """
+    batch(records[: len(records) // 100], random_force="none")
+    return peak_memory(lambda: batch(records, random_force="none")) / records.nbytes
 
 
 def methods_table(records: Array) -> list[str]:

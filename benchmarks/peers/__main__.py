@@ -13,7 +13,14 @@ from pathlib import Path
 
 from benchmarks.peers.measuring import first_run, missing, versions
 
-SECTIONS = ("friction_samples", "whole_signal", "plain_decay", "missing_term", "linear_filter")
+SECTIONS = (
+    "friction_samples",
+    "conjugate_updates",
+    "whole_signal",
+    "plain_decay",
+    "missing_term",
+    "linear_filter",
+)
 """Modules with ``PACKAGES``, ``compare()`` and, where cold times are taken, what
 :func:`benchmarks.peers.measuring.first_run` needs."""
 

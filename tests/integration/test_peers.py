@@ -10,7 +10,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.peers import linear_filter, missing_term, plain_decay, samplers, whole_signal
+from benchmarks.peers import (
+    conjugate_updates,
+    linear_filter,
+    missing_term,
+    plain_decay,
+    samplers,
+    whole_signal,
+)
 from benchmarks.peers.__main__ import SECTIONS, main
 from benchmarks.peers.errors import ERRORS, TIMES, errors_and_times
 from benchmarks.peers.measuring import first_run, table
@@ -122,6 +129,21 @@ def test_effective_draws_are_those_of_the_worst_parameter() -> None:
     slow = np.repeat(rng.standard_normal((4, 100)), 10, axis=1)
     both = {"friction": rng.standard_normal((4, 1000)), "noise": slow}
     assert samplers.effective(both) == samplers.effective({"noise": slow}) < 1000.0
+
+
+@pytest.mark.parametrize("load", conjugate_updates.LOADS)
+@pytest.mark.parametrize("pair", list(conjugate_updates.PAIRS))
+def test_our_update_keeps_its_digits_under_a_load(pair, load) -> None:
+    samples = conjugate_updates.SAMPLES + load
+    assert conjugate_updates.error(pair, conjugate_updates.OURS, samples) < 1e-14
+
+
+@PEERS
+def test_conjugate_models_are_given_the_same_prior_and_samples() -> None:
+    pytest.importorskip("conjugate")
+    ours, peer = conjugate_updates.PAIRS[conjugate_updates.NORMAL].values()
+    found, expected = (each.interval(each.update(conjugate_updates.SAMPLES)) for each in (peer, ours))
+    assert found == pytest.approx(expected, rel=1e-9)
 
 
 @PEERS
