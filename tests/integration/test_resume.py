@@ -94,7 +94,11 @@ def parts_left(folder: Path) -> list[str]:
 
 @pytest.mark.parametrize("name", PARTS)
 def test_an_interrupted_run_goes_on(
-    name: str, run: Callable[..., int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str,
+    run: Callable[..., int],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     end = ".zarr" if name == "estimate" else ""
     assert run(name, f"whole{end}") == PARTS[name]
@@ -105,6 +109,23 @@ def test_an_interrupted_run_goes_on(
     assert run(name, f"broken{end}", "--resume") == PARTS[name] - 1
     assert parts_left(tmp_path) == []
     assert numbers_of(tmp_path / f"broken{end}") == numbers_of(tmp_path / f"whole{end}")
+    # of a run that was killed after its last part
+    (tmp_path / f".broken{end}.parts-0123").mkdir()
+    said: list[str] = []
+    monkeypatch.setattr(fleet_run, "note", said.append)
+    assert run(name, f"broken{end}", "--resume") == 0
+    assert ["is finished already" in text for text in said] == [True]
+    assert parts_left(tmp_path) == []
+
+
+def test_another_result_is_not_taken_for_the_finished_one(
+    run: Callable[..., int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run("estimate", "out.zarr")
+    write_fleet(tmp_path / "fleet.zarr", friction=0.31)
+    capsys.readouterr()
+    again = ("estimate", str(tmp_path / "fleet.zarr"), *SYSTEM, *OPTIONS["estimate"], "--resume")
+    assert "already exists" in refused(capsys, *again, "--out", str(tmp_path / "out.zarr"))
 
 
 def test_a_fleet_is_estimated_as_its_array_is(run: Callable[..., int], tmp_path: Path) -> None:
