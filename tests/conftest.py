@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import hashlib
 import os
 import zlib
 from pathlib import Path
@@ -13,18 +12,7 @@ import pytest
 _ROOT = Path(__file__).resolve().parents[1]
 
 
-def _source_digest() -> str:
-    """Key of numba's cache: it does not notice by itself a change in a kernel that another file calls."""
-    digest = hashlib.sha256()
-    for path in sorted((_ROOT / "friction_bayes").rglob("*.py")):
-        source = path.read_bytes()
-        # kernels call nothing but kernels, so a file without numba is in no compiled code
-        if b"numba" in source:
-            digest.update(path.relative_to(_ROOT).as_posix().encode() + source)
-    return digest.hexdigest()[:16]
-
-
-os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".cache" / "numba" / _source_digest()))
+os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".cache" / "numba"))
 os.environ["MPLBACKEND"] = "Agg"
 
 import hypothesis  # noqa: E402  (after the environment is set)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import glob
+import json
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,7 +30,7 @@ from friction_bayes.core.workers import for_each
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Fleet", "finished_parts", "fleet_manifest", "fleet_of", "rows_of"]
+__all__ = ["Fleet", "finished_parts", "fleet_manifest", "fleet_of", "is_finished", "rows_of"]
 
 _LONG_RUN = ("resume", "workers", "scheduler")
 _NOT_OF_THE_RESULT = {"out", "force", "json", "verbose", *_LONG_RUN}
@@ -118,7 +119,35 @@ def rows_of(fleet: Fleet, records: xr.DataArray) -> list[slice]:
 def fleet_manifest(command: str, arguments: argparse.Namespace, fleet: Fleet) -> dict[str, Any]:
     """Return the manifest of a run over a fleet."""
     made = manifest(command, options=options_of(arguments), seed=getattr(arguments, "seed", None))
-    return made | {"inputs": [{"record": arguments.records[0], "sha256_of_listing": fleet.digest}]}
+    inputs = [{"record": arguments.records[0], "sha256_of_listing": fleet.digest}]
+    return made | {"inputs": inputs, "settings": _settings(command, arguments, fleet)}
+
+
+def is_finished(command: str, arguments: argparse.Namespace, fleet: Fleet) -> bool:
+    """Whether ``--resume`` is given and the very result is there, which is then said."""
+    if not arguments.resume or _settings_of(Path(arguments.out)) != _settings(command, arguments, fleet):
+        return False
+    for left in _parts_folders(arguments.out):
+        shutil.rmtree(left, ignore_errors=True)
+    note(f"{arguments.out} is finished already")
+    return True
+
+
+def _settings(command: str, arguments: argparse.Namespace, fleet: Fleet) -> str:
+    """Digest of all that the numbers of a run depend on."""
+    relevant = {name: each for name, each in options_of(arguments).items() if name not in _NOT_OF_THE_RESULT}
+    return settings_key([command, relevant, fleet.blocks, fleet.digest, versions()])
+
+
+def _settings_of(out: Path) -> Any:
+    """The same of the result that is there, None where none is."""
+    try:
+        if out.suffix.lower() == ".zarr":
+            attributes = json.loads((out / ".zattrs").read_text(encoding="utf-8"))
+            return json.loads(attributes["manifest"])["settings"]
+        return json.loads((out / "manifest.json").read_text(encoding="utf-8"))["settings"]
+    except (OSError, ValueError, KeyError):
+        return None
 
 
 @contextmanager
@@ -145,8 +174,7 @@ def finished_parts(
     suffix : str
         Of the files.
     """
-    relevant = {name: each for name, each in options_of(arguments).items() if name not in _NOT_OF_THE_RESULT}
-    key = settings_key([command, relevant, fleet.blocks, fleet.digest, versions()])
+    key = _settings(command, arguments, fleet)
     with _parts_folder(arguments.out, key, resume=arguments.resume) as folder:
         files = [folder / f"{k}{suffix}" for k in range(len(which))]
         there = {path.name for path in folder.iterdir()}
@@ -171,10 +199,9 @@ def _parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Pat
 
     Parts of a run with another key are never used, and removed; so are all that are not resumed.
     """
+    earlier = _parts_folders(target)
     out = Path(target).absolute()
-    nearest, name = nearest_existing(out.parent), f".{out.name}.parts-"
-    folder = nearest / f"{name}{key}"
-    earlier = list(nearest.glob(f"{glob.escape(name)}*"))
+    folder = nearest_existing(out.parent) / f".{out.name}.parts-{key}"
     for other in earlier:
         if other != folder or not resume:
             shutil.rmtree(other, ignore_errors=True)
@@ -193,3 +220,9 @@ def _parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Pat
             raise KeyboardInterrupt("finished parts are kept, and --resume continues from them") from None
         raise
     shutil.rmtree(folder, ignore_errors=True)
+
+
+def _parts_folders(target: str | Path) -> list[Path]:
+    """Folders with parts of a result that earlier runs have left."""
+    out = Path(target).absolute()
+    return list(nearest_existing(out.parent).glob(f".{glob.escape(out.name)}.parts-*"))

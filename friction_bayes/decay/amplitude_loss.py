@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER
+from friction_bayes.core.kernels import INNER, njit
 from friction_bayes.decay.demodulation import EVIDENCE, amplitudes, demodulate, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 
 __all__ = [

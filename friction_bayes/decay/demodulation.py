@@ -6,10 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
 __all__ = [

@@ -12,11 +12,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INLINED, INNER
+from friction_bayes.core.kernels import INLINED, INNER, njit
 from friction_bayes.decay.demodulation import LEAST_WINDOW, demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 

@@ -13,10 +13,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INLINED, INNER
+from friction_bayes.core.kernels import INLINED, INNER, njit
 from friction_bayes.decay.demodulation import demodulate, fill_turns, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression
 

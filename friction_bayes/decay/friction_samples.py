@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase

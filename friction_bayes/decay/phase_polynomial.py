@@ -7,10 +7,8 @@ with the displacement's phase ``theta`` and the derivative order ``q``.
 
 from __future__ import annotations
 
-from numba import njit
-
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 
 __all__ = ["phase_at", "rises", "time_of_phase"]
 

@@ -13,10 +13,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Integers, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.block_means import about_mean, fill_block_means, samples_in_block
 from friction_bayes.decay.demodulation import demodulate, fill_turns
 from friction_bayes.decay.free_decay import FreeDecay

@@ -11,10 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INLINED, INNER, KERNEL
+from friction_bayes.core.kernels import INLINED, INNER, KERNEL, njit
 from friction_bayes.decay.amplitude_loss import amplitude_falls, rate_of_dying_away
 from friction_bayes.decay.block_means import about_mean, fill_block_means, less
 from friction_bayes.decay.demodulation import (
@@ -487,7 +486,7 @@ def _moving_part(
         if start > 0:
             # by windows none of which the release lies in
             after, c, s, _ = demodulate(moving[start:], omega * width)
-            dying = rate_of_dying_away(after, amplitudes(c, s), floor, 0)
+            dying = rate_of_dying_away(after, amplitudes(c, s), floor, ZERO)
     hinge, rest, explained = _hinge(moving, start, polynomial, scale, dying)
     if explained < 12.0 + 2.0 * math.log(moving.size):
         return _nothing(NO_OSCILLATION)

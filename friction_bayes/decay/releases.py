@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Integers
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.decay.demodulation import demodulate, largest
 

@@ -9,11 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.leaps import ONWARD
 from friction_bayes.records.quantisation import ROUNDING
 

@@ -14,12 +14,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
 from friction_bayes.core.arrays import Array, Indices, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.block_means import fill_block_means
 
 __all__ = ["BAND", "SpectralModes", "spectral_modes"]

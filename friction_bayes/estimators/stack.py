@@ -42,6 +42,10 @@ def as_stack(
         times are missing or uneven.
     """
     stack = _over_time(records, quantity)
+    if any(size != size for size in stack.shape):
+        raise InputError(
+            "records", f"unknown chunk sizes, shape {stack.shape}", "call compute_chunk_sizes() first"
+        )
     if not stack.sizes["time"]:
         raise InputError("records", f"shape {stack.shape}", TIME_LAST)
     if stack.dtype.kind not in "fiu":

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.checks import finite, non_negative
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import INNER
+from friction_bayes.core.kernels import INNER, njit
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.motion import Motion, sample_times
 

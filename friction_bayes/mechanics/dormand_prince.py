@@ -11,10 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.integrate import DOP853
 
-from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, njit
 
 __all__ = [
     "DENSE",

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
-
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, njit
 from friction_bayes.mechanics.dormand_prince import acceleration
 
 __all__ = ["SampledMotion", "departure", "rest"]

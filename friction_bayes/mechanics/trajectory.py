@@ -6,10 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, njit
 from friction_bayes.mechanics.dormand_prince import (
     DENSE,
     SLOPES,

@@ -17,12 +17,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.monitor.wear import WearPosterior
 
 __all__ = ["RemainingLife", "remaining_life"]

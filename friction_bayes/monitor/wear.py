@@ -14,10 +14,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 
 __all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
 

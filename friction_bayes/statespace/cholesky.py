@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER
+from friction_bayes.core.kernels import INNER, njit
 
 __all__ = ["factor", "forward"]
 

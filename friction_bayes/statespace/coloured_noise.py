@@ -18,11 +18,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.linalg import solve_toeplitz, toeplitz
 
 from friction_bayes.core.arrays import Array, Indices
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.statespace.transition import ForcedSteps
 
 __all__ = [

@@ -22,11 +22,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Indices, Mask
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.statespace.coloured_noise import (
     Autoregression,
     coloured_gains,

@@ -28,12 +28,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.special import erf
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.statespace.transition import initial_response
 
 __all__ = ["LEEWAY", "NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]

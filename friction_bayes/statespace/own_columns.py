@@ -15,10 +15,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.statespace.cholesky import factor
 from friction_bayes.statespace.regression import RIDGE
 

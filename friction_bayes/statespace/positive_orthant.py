@@ -14,10 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.statespace.cholesky import factor, forward
 
 __all__ = ["VECTORS", "confine", "confine_all", "cut_moments", "log_normal_mass"]

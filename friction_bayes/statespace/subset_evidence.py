@@ -22,11 +22,10 @@ from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numba import njit
 from scipy.linalg.lapack import dposv
 
 from friction_bayes.core.arrays import ZERO, Array, Indices, Integers, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.statespace.cholesky import factor, forward
 from friction_bayes.statespace.kalman import Whitened
 from friction_bayes.statespace.positive_orthant import VECTORS, confine, confine_all, cut_moments

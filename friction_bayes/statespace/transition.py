@@ -18,11 +18,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 
 __all__ = [
     "ForcedSteps",

@@ -62,7 +62,7 @@ ROOMS: dict[str, set[str]] = {
     "nptdms": {"records"},
     "python_calamine": {"records"},
     "panel": {"app"},
-    "numba": {"mechanics", "decay", "statespace", "estimators", "monitor", "loop"},
+    "numba": {"core", "mechanics", "decay", "statespace", "estimators", "monitor", "loop"},
     "pandas": {"records"},
     "pooch": {"records"},
     "pyuff": {"records"},

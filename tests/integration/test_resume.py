@@ -13,6 +13,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from decays import short_decay
+from fleets import numbers_of, write_fleet
 from friction_bayes.cli import fleet_run
 from friction_bayes.cli.program import main
 from friction_bayes.records import fleet
@@ -34,8 +35,8 @@ WRITERS = {
 }
 
 
-def write_fleet(path: Path, friction: float = 0.3) -> xr.DataArray:
-    """Write a fleet of small machines, one a chunk, the last of which has an empty record."""
+def write_machines(path: Path, friction: float = 0.3) -> xr.DataArray:
+    """Write a fleet of small machines, the last of which has an empty record."""
     rows = [
         [
             short_decay(friction=friction + 0.02 * (m + 1) * i, duration=4.0, seed=10 * m + i)
@@ -43,24 +44,8 @@ def write_fleet(path: Path, friction: float = 0.3) -> xr.DataArray:
         ]
         for m in range(MACHINES)
     ]
-    values = np.array([[record.values for record in row] for row in rows])
-    values[-1, -1] = np.nan
-    array = xr.DataArray(
-        values,
-        dims=("machine", "point", "time"),
-        coords={"time": rows[0][0]["time"].values, "machine": ["a", "bb", "ccc"]},
-        attrs={"units": "m"},
-    )
-    dataset = array.to_dataset(name="displacement").chunk({"machine": 1})
-    dataset.to_zarr(path, mode="w", consolidated=False, zarr_format=2)
-    return array
-
-
-def numbers_of(out: Path) -> dict[str, bytes]:
-    """All files that a run left but those that say when it was made."""
-    dated = {"manifest.json", "report.html", ".zattrs", ".zmetadata"}
-    files = [path for path in out.rglob("*") if path.is_file() and path.name not in dated]
-    return {path.relative_to(out).as_posix(): path.read_bytes() for path in files}
+    rows[-1][-1][:] = np.nan
+    return write_fleet(path, rows)
 
 
 @pytest.fixture
@@ -68,7 +53,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_figures: None) 
     """Run a command on ``fleet.zarr``; return how many parts were done, stopping after some if requested."""
     # a part is then a chunk of the store
     monkeypatch.setattr(fleet, "_BLOCK_BYTES", 1)
-    write_fleet(tmp_path / "fleet.zarr")
+    write_machines(tmp_path / "fleet.zarr")
 
     def command(name: str, out: str, *options: str, stop_after: int | None = None) -> int:
         done = 0
@@ -94,7 +79,11 @@ def parts_left(folder: Path) -> list[str]:
 
 @pytest.mark.parametrize("name", PARTS)
 def test_an_interrupted_run_goes_on(
-    name: str, run: Callable[..., int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str,
+    run: Callable[..., int],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     end = ".zarr" if name == "estimate" else ""
     assert run(name, f"whole{end}") == PARTS[name]
@@ -105,11 +94,30 @@ def test_an_interrupted_run_goes_on(
     assert run(name, f"broken{end}", "--resume") == PARTS[name] - 1
     assert parts_left(tmp_path) == []
     assert numbers_of(tmp_path / f"broken{end}") == numbers_of(tmp_path / f"whole{end}")
+    # of a run that was killed after its last part
+    (tmp_path / f".broken{end}.parts-0123").mkdir()
+    said: list[str] = []
+    monkeypatch.setattr(fleet_run, "note", said.append)
+    assert run(name, f"broken{end}", "--resume") == 0
+    assert ["is finished already" in text for text in said] == [True]
+    assert parts_left(tmp_path) == []
+
+
+def test_another_result_is_not_taken_for_the_finished_one(
+    run: Callable[..., int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run("estimate", "out.zarr")
+    write_machines(tmp_path / "fleet.zarr", friction=0.31)
+    capsys.readouterr()
+    again = ("estimate", str(tmp_path / "fleet.zarr"), *SYSTEM, *OPTIONS["estimate"], "--resume")
+    assert "already exists" in refused(capsys, *again, "--out", str(tmp_path / "out.zarr"))
 
 
 def test_a_fleet_is_estimated_as_its_array_is(run: Callable[..., int], tmp_path: Path) -> None:
     run("estimate", "estimates.zarr")
-    values = write_fleet(tmp_path / "fleet.zarr").stack(record=("machine", "point")).transpose("record", ...)
+    values = (
+        write_machines(tmp_path / "fleet.zarr").stack(record=("machine", "point")).transpose("record", ...)
+    )
     expected = fb.estimate_batch(
         values.values,
         fb.Oscillator(mass=10.0, stiffness=1000.0),
@@ -117,7 +125,7 @@ def test_a_fleet_is_estimated_as_its_array_is(run: Callable[..., int], tmp_path:
         random_force="none",
     )
     found = xr.load_dataset(tmp_path / "estimates.zarr", engine="zarr")
-    assert found["machine"].values.tolist() == ["a", "bb", "ccc"]
+    assert found["machine"].values.tolist() == ["a", "aa", "aaa"]
     for variable in ("friction_mean", "friction_interval90", "noise_sd", "status", "warnings"):
         flat = found[variable].values.reshape(expected[variable].shape)
         np.testing.assert_allclose(flat, expected[variable].values, rtol=1e-10)
@@ -139,8 +147,8 @@ def test_a_loop_of_a_fleet_has_a_line_for_each_record(
         numbers = [friction["mean"], friction["sd"], *friction["interval90"]]
         where = f"{report['machine']},{report['point']},{report['verdict']},,"
         assert row == f"{where}{','.join(map(repr, numbers))},N"
-    assert "machine ccc, point 1: signal is nan" in reports[-1]["refused"]
-    assert rows[-1] == "ccc,1,refused,,,,,,"
+    assert "machine aaa, point 1: signal is nan" in reports[-1]["refused"]
+    assert rows[-1] == "aaa,1,refused,,,,,,"
 
 
 def test_without_resume_a_run_starts_anew(run: Callable[..., int], tmp_path: Path) -> None:
@@ -158,7 +166,7 @@ def test_a_changed_option_or_input_starts_anew_and_says_so(
     assert run("estimate", "out.zarr", "--peaks", "nominal", "--resume", stop_after=2) == 2
     assert len(said) == 1
     assert "starting anew" in said[0]
-    write_fleet(tmp_path / "fleet.zarr", friction=0.31)
+    write_machines(tmp_path / "fleet.zarr", friction=0.31)
     assert run("estimate", "out.zarr", "--peaks", "nominal", "--resume") == MACHINES
     assert ["starting anew" in text for text in said] == [True, True]
     assert parts_left(tmp_path) == []
@@ -201,14 +209,14 @@ def test_refusals_of_a_fleet(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    write_fleet(tmp_path / "fleet.zarr")
+    write_machines(tmp_path / "fleet.zarr")
     assert said in refused(capsys, "estimate", "fleet.zarr", *SYSTEM, *options)
     assert [path.name for path in tmp_path.iterdir()] == ["fleet.zarr"]
 
 
 def test_an_earlier_result_is_replaced_where_asked(run: Callable[..., int], tmp_path: Path) -> None:
     run("estimate", "out.zarr")
-    write_fleet(tmp_path / "fleet.zarr", friction=0.31)
+    write_machines(tmp_path / "fleet.zarr", friction=0.31)
     before = numbers_of(tmp_path / "out.zarr")
     run("estimate", "out.zarr", "--force")
     assert numbers_of(tmp_path / "out.zarr") != before

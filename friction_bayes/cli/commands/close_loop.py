@@ -17,7 +17,7 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import register_extensions
-from friction_bayes.cli.fleet_run import Fleet, fleet_of
+from friction_bayes.cli.fleet_run import Fleet, fleet_of, is_finished
 from friction_bayes.cli.options import (
     add_long_run,
     add_output_folder,
@@ -140,7 +140,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Close the loop, write and print."""
     fleet = fleet_of(arguments, without=_NOT_OF_A_FLEET)
     if fleet is not None:
-        _fleet(arguments, fleet)
+        if not is_finished("close-loop", arguments, fleet):
+            _fleet(arguments, fleet)
         return
     with output_folder(arguments.out, force=arguments.force) as folder:
         result, read = _close(arguments, folder)

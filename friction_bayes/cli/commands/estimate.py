@@ -18,7 +18,7 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
-from friction_bayes.cli.fleet_run import Fleet, fleet_of
+from friction_bayes.cli.fleet_run import Fleet, fleet_of, is_finished
 from friction_bayes.cli.options import (
     add_long_run,
     add_output_folder,
@@ -150,7 +150,8 @@ def run(arguments: argparse.Namespace) -> None:
     refuse_twice(arguments.records)
     fleet = fleet_of(arguments, without=_NOT_OF_A_FLEET)
     if fleet is not None:
-        _fleet(arguments, fleet)
+        if not is_finished("estimate", arguments, fleet):
+            _fleet(arguments, fleet)
         return
     if arguments.out is None:
         results, headings, _ = _estimate_each(arguments, None)

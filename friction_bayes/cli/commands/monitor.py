@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
-from friction_bayes.cli.fleet_run import Fleet, FleetPart, finished_parts, fleet_manifest, fleet_of, rows_of
+from friction_bayes.cli.fleet_run import (
+    Fleet,
+    FleetPart,
+    finished_parts,
+    fleet_manifest,
+    fleet_of,
+    is_finished,
+    rows_of,
+)
 from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
 from friction_bayes.cli.records import (
     EACH_DECAY,
@@ -90,6 +98,8 @@ def run(arguments: argparse.Namespace) -> None:
     if fleet is None:
         with output_folder(arguments.out, force=arguments.force) as folder:
             table = _one_machine(arguments, folder)
+    elif is_finished("monitor", arguments, fleet):
+        return
     else:
         table = _fleet(arguments, fleet)
     output_console().print(table)

@@ -21,12 +21,11 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.special import logsumexp, softmax
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
 from friction_bayes.decay.sensor_calibration import swing_frequency

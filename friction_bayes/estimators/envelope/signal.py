@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.mechanics.pendulum import frequency_ratio, linear_amplitude, third_harmonic
 
 __all__ = ["envelope_signal", "small_motion_frequency"]

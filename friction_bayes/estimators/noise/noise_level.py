@@ -23,11 +23,10 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.noise.force_screen import (
     ComparedForces,

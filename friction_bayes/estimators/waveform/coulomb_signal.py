@@ -7,10 +7,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,

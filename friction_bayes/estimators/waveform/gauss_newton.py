@@ -9,10 +9,9 @@ import math
 from typing import NamedTuple, cast
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.estimators.waveform.coulomb_signal import near_turns, signal_derivatives, signals
 from friction_bayes.estimators.waveform.normal_equations import (

@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located

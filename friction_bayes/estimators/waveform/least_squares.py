@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.block_means import amplitude_kept, fill_block_means
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.releases import samples_averaged

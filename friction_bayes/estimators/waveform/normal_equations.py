@@ -27,10 +27,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INLINED, INNER, KERNEL
+from friction_bayes.core.kernels import INLINED, INNER, KERNEL, njit
 from friction_bayes.decay.demodulation import fill_turns
 
 __all__ = [

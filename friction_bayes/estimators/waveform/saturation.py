@@ -15,12 +15,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.waveform.coulomb_signal import signal_derivatives, signals

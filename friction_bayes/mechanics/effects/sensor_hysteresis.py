@@ -7,10 +7,9 @@ these two are evaluated, zero and twice the lag, and no third: the size of one h
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import half_normal
 

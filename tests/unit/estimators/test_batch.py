@@ -238,6 +238,13 @@ def test_dask_stays_lazy_and_agrees(method: str) -> None:
     xr.testing.assert_allclose(lazy.compute(), expected, rtol=1e-12)
 
 
+def test_dask_arrays_of_unknown_size_are_refused() -> None:
+    array = da.from_array(records("displacement", 4), chunks=(2, 400))
+    kept = array[array[:, 0] > -np.inf]
+    with pytest.raises(InputError, match=r"shape \(nan, \d+\); call compute_chunk_sizes"):
+        estimate_batch(kept, SYSTEM, sampling_rate=RATE)
+
+
 def test_labelled_records_bring_clock_and_quantity() -> None:
     values = records("velocity", 2)
     labelled = xr.DataArray(

@@ -1,0 +1,111 @@
+"""A run killed at any moment, its workers with it, goes on to the same bits and does only what was lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from decays import short_decay
+from fleets import numbers_of, write_fleet
+
+ROOT = Path(__file__).resolve().parents[2]
+PARTS, KILLS = 8, 2
+# what is done is noted as it begins
+FLEET = """
+import sys
+from pathlib import Path
+from friction_bayes.cli import fleet_estimate
+from friction_bayes.cli.program import main
+from friction_bayes.records import fleet
+
+fleet._BLOCK_BYTES = 1
+write_whole = fleet_estimate.write_whole
+
+def noted(file, write):
+    with Path("begun").open("a") as lines:
+        lines.write(f"{file.name}\\n")
+    write_whole(file, write)
+
+fleet_estimate.write_whole = noted
+options = "--mass 10 --stiffness 1000 --random-force none --workers 1 --resume"
+sys.exit(main(["estimate", "fleet.zarr", *options.split(), "--out", f"{sys.argv[1]}/out.zarr"]))
+"""
+EXPERIMENT = """
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+import numpy as np
+import xarray as xr
+from experiments.runner import Experiment, Row, main
+
+@dataclass(frozen=True)
+class Config:
+    cells: int = 8
+
+def cell(config, cell, seed):
+    with Path("begun").open("a") as lines:
+        lines.write(f"{cell['k']}\\n")
+    time.sleep(0.05)
+    return {"drawn": np.random.default_rng(seed).standard_normal(1000).tolist()}
+
+experiment = Experiment(
+    name="noise_sweep",
+    question="does a killed run go on?",
+    config=Config(),
+    cells=lambda config, full: [{"k": k} for k in range(config.cells)],
+    run=cell,
+    assemble=lambda cells, results: xr.Dataset({"drawn": (("k", "i"), [each["drawn"] for each in results])}),
+    rows=lambda dataset: [Row("cells", str(dataset.sizes["k"]))],
+)
+main(experiment, ["--workers", "1", "--results", sys.argv[1]])
+"""
+
+
+@pytest.mark.parametrize("program", [FLEET, EXPERIMENT], ids=["fleet", "experiment"])
+def test_a_killed_run_goes_on(program: str, tmp_path: Path, rng: np.random.Generator) -> None:
+    records = [[short_decay(friction=0.3 + 0.01 * k, duration=4.0, seed=k)] for k in range(PARTS)]
+    write_fleet(tmp_path / "fleet.zarr", records)
+    (tmp_path / "run.py").write_text(program)
+
+    def begun() -> list[str]:
+        return (tmp_path / "begun").read_text().split() if (tmp_path / "begun").exists() else []
+
+    def run(out: str, killed_after: tuple[int, float] | None = None) -> None:
+        """Run to the end, or kill it some parts later, and some seconds [s] into a part."""
+        (tmp_path / out).mkdir(exist_ok=True)
+        before = len(begun())
+        process = subprocess.Popen(
+            [sys.executable, "run.py", out],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stdout=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        if killed_after is None:
+            assert process.wait() == 0
+            return
+        parts, moment = killed_after
+        while len(begun()) < before + parts:
+            assert process.poll() is None
+            time.sleep(0.002)
+        time.sleep(moment)
+        os.killpg(process.pid, signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
+
+    run("whole")
+    assert len(begun()) == PARTS
+    (tmp_path / "begun").unlink()
+    for _ in range(KILLS):
+        run("killed", (int(rng.integers(1, 4)), rng.uniform(0.0, 0.03)))
+    run("killed")
+    assert len(set(begun())) == PARTS
+    assert len(begun()) <= PARTS + KILLS
+    assert numbers_of(tmp_path / "killed") == numbers_of(tmp_path / "whole")
