@@ -386,7 +386,9 @@ class _Spectra:
         return self._power(left), self._price(len(shown) - 1) + float(np.log(own).sum())
 
     def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
-        """Filters of other kinds that resemble one, relative to it; none if that is no low pass."""
+        """Filters of other kinds that resemble one, relative to it; none of one that is no plain low pass."""
+        if filter_.gain > 1.0:
+            return []
         passed = filter_.power_of_noise(self._grid)
         less, shows = self._grid[passed < 0.5], power > self._least
         if less.size == 0 or less[0] < self._angle or not shows.any():

@@ -41,6 +41,13 @@ _NEXT_TO_NOTHING = 1e-3
 """Share of the amplitude."""
 _COUPLING = (0.01, 0.5)
 """Corners of an AC coupling over the motion's frequency: 5e-5 and a tenth are what these take."""
+_HIGH_PASS = (0.02, 1.5)
+"""The same of a high pass of second order."""
+_OF_MOUNTS, _DAMPINGS_APART = (0.02, 0.04, 0.08, 0.16), 1.3
+"""Damping ratios of what carries a sensor, and by which factor each may be another."""
+_OF_PICKUPS, _PICKUPS_APART = (0.57, 0.63, 0.7), 0.03
+"""The same of pickups that are an oscillator themselves, made to have some .56 to .71, and by how much each
+may be another."""
 _APART = 1.03
 """Ratio of neighbouring corners: to a few hundredths of one the rounding of a turning point is the same."""
 _BESSEL_HALF = 2.1139176749042
@@ -307,7 +314,8 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds = [_means(angle, 1), _means(angle, 2), _hann(angle), _polynomials(angle, 2), _polynomials(angle, 4)]
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
-    kinds += [_bessel(angle)]
+    kinds += [_bessel(angle), *(_resonance(angle, damping) for damping in _OF_MOUNTS)]
+    kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS]
     derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
     # a kind that is not listed is as probable as one that is
     return _with_prior(kinds, FILTERED, besides=1) + _with_prior(derived, _DERIVED)
@@ -427,12 +435,14 @@ def _of_corner(
     rates: Callable[[float], Complexes] = lambda corner: np.empty(0, np.complex128),
     between: tuple[float, float] | None = None,
     *,
+    another: Callable[..., Array] | None = None,
     both_ways: bool = False,
 ) -> FilterKind:
     """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
 
-    Words and the corners that are tried, ``between``, have corners over the motion's frequency. If none are
-    given, these are the corners of low passes.
+    The response may also be ``another``, one standard deviation apart. Words and the corners that are tried,
+    ``between``, have corners over the motion's frequency. If none are given, these are the corners of low
+    passes.
     """
 
     def of(corner: float) -> RecordingFilter:
@@ -440,8 +450,9 @@ def _of_corner(
         slow = all_rates[np.exp(all_rates.real * margin(angle)) > _FORGOTTEN]
         shown = partial(response, corner=corner)
         own = RecordingFilter(words(corner / angle), shown, angle, settling=slow, both_ways=both_ways)
-        neighbour = replace(own, response=partial(response, corner=corner / _APART))
-        return replace(own, doubts=(_combined([1.0, -1.0], [neighbour.without_delay, own.without_delay]),))
+        neighbours = [partial(response, corner=corner / _APART)]
+        neighbours += [] if another is None else [partial(another, corner=corner)]
+        return replace(own, doubts=tuple(_apart(own, neighbour) for neighbour in neighbours))
 
     if between is None:
         left = abs(complex(response(np.array([angle]), corner=_OF_STEEP * angle)[0]))
@@ -450,10 +461,20 @@ def _of_corner(
     return FilterKind(name, _corners(between[0] * angle, highest), of, has_zeros=False)
 
 
-def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKind:
-    """Low passes of the poles that they have at a corner of one, by the bilinear transform."""
+def _apart(filter_: RecordingFilter, response: Response) -> Response:
+    """How another response differs from that of a filter, both without delay."""
+    return _combined([1.0, -1.0], [replace(filter_, response=response).without_delay, filter_.without_delay])
 
-    def response(omega: Array, *, corner: float) -> Array:
+
+def _of_poles(
+    angle: float, poles: Complexes, name: str, ways: int, another: Complexes | None = None
+) -> FilterKind:
+    """Low passes of the poles that they have at a corner of one, by the bilinear transform.
+
+    Or of ``another`` choice of these, one standard deviation apart.
+    """
+
+    def response(omega: Array, *, corner: float, poles: Complexes = poles) -> Array:
         s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
         product = s - poles[0]
         for pole in poles[1:]:
@@ -472,6 +493,7 @@ def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKin
         lambda corner: f"a {name}, corner at {corner:.3g} times the motion's frequency",
         response,
         rates,
+        another=None if another is None else partial(response, poles=another),
         both_ways=ways == 2,
     )
 
@@ -485,6 +507,42 @@ def _butterworth(angle: float, order: int, ways: int) -> FilterKind:
 def _bessel(angle: float) -> FilterKind:
     poles = np.roots([1.0, 10.0, 45.0, 105.0, 105.0]).astype(np.complex128) / _BESSEL_HALF
     return _of_poles(angle, poles, "Bessel filter of order 4", 1)
+
+
+def _resonance(angle: float, damping: float) -> FilterKind:
+    """A sensor on a mount that resonates."""
+    return _of_poles(
+        angle,
+        _oscillator(damping),
+        f"resonance of the mount, damping ratio {damping:g}",
+        1,
+        another=_oscillator(damping * _DAMPINGS_APART),
+    )
+
+
+def _pickup(angle: float, damping: float) -> FilterKind:
+    """A sensor that shows a motion relative to a mass on a spring, as a geophone does."""
+
+    def response(omega: Array, *, corner: float, damping: float = damping) -> Array:
+        s = 1j * omega / corner
+        return np.asarray(s * s / (s * s + 2.0 * damping * s + 1.0))
+
+    name = f"high pass of order 2, damping ratio {damping:g}"
+    return _of_corner(
+        name,
+        angle,
+        lambda corner: f"a {name}, corner at {corner:.2g} times the motion's frequency",
+        response,
+        lambda corner: corner * _oscillator(damping)[:1],
+        _HIGH_PASS,
+        another=partial(response, damping=damping + _PICKUPS_APART),
+    )
+
+
+def _oscillator(damping: float) -> Complexes:
+    """Poles of an oscillator of unit frequency."""
+    pole = complex(-damping, math.sqrt(1.0 - damping**2))
+    return np.array([pole, pole.conjugate()])
 
 
 def _smoothing(angle: float) -> FilterKind:

@@ -31,7 +31,8 @@ ANGLE = 10.0 / RATE
 
 KINDS = kinds_for(ANGLE, 2)
 DIFFERENCES, DIFFERENCES_TWICE, SLOPES, SLOPES_TWICE = KINDS[-4:]
-MEAN, MEAN_TWICE, HANN, QUADRATIC, _, COUPLING, SMOOTHING, GAUSSIAN, *LOW_PASSES, BESSEL = KINDS[:-4]
+MEAN, MEAN_TWICE, HANN, QUADRATIC, _, COUPLING, SMOOTHING, GAUSSIAN, *LOW_PASSES = KINDS[:20]
+BESSEL, MOUNTED, *_, PICKED_UP, _, _ = KINDS[20:-4]
 ORDERS = (1, 2, 3, 4, 6, 8)
 ONE_WAY = dict(zip(ORDERS, LOW_PASSES[:6], strict=True))
 BOTH_WAYS = dict(zip(ORDERS, LOW_PASSES[6:], strict=True))
@@ -52,6 +53,17 @@ def test_a_bessel_filter_is_scipys() -> None:
     b, a = signal.bessel(4, CORNER / math.pi, norm="mag")
     expected = signal.freqz(b, a, OMEGA)[1]
     np.testing.assert_allclose(BESSEL.of(CORNER).response(OMEGA), expected, rtol=1e-9)
+
+
+def test_oscillators_between_motion_and_recording_are_those_of_scipy() -> None:
+    """The mount by the bilinear transform with its corner kept; the pickup as it is."""
+    warped = 2.0 * math.tan(0.5 * CORNER)
+    b, a = signal.bilinear([warped**2], [1.0, 2.0 * 0.02 * warped, warped**2])
+    expected = signal.freqz(b, a, OMEGA)[1]
+    np.testing.assert_allclose(MOUNTED.of(CORNER).response(OMEGA), expected, rtol=1e-9)
+    low = 0.4 * ANGLE
+    expected = signal.freqs([1.0, 0.0, 0.0], [1.0, 2.0 * 0.57 * low, low**2], OMEGA)[1]
+    np.testing.assert_allclose(PICKED_UP.of(low).response(OMEGA), expected, rtol=1e-9)
 
 
 def test_exponential_smoothing_is_its_recursion() -> None:
@@ -186,6 +198,17 @@ def coupled(values: np.ndarray) -> np.ndarray:
     return np.asarray(signal.sosfilt(sos, values))
 
 
+def mounted(values: np.ndarray) -> np.ndarray:
+    """On a mount that resonates at nine times the frequency of the motion."""
+    b, a = signal.bilinear([90.0**2], [1.0, 2.0 * 0.05 * 90.0, 90.0**2], fs=RATE)
+    return np.asarray(signal.lfilter(b, a, values))
+
+
+def picked_up(values: np.ndarray) -> np.ndarray:
+    b, a = signal.bilinear([1.0, 0.0, 0.0], [1.0, 2.0 * 0.6 * 3.5, 3.5**2], fs=RATE)
+    return np.asarray(signal.lfilter(b, a, values))
+
+
 @pytest.mark.parametrize(
     ("quantity", "process", "noise_sd", "name"),
     [
@@ -239,6 +262,8 @@ def coupled(values: np.ndarray) -> np.ndarray:
         ("displacement", lambda v: signal.lfilter(*signal.bessel(4, 0.15), v), 1e-5, "a Bessel filter"),
         ("acceleration", coupled, 2e-2, "an AC coupling"),
         ("velocity", coupled, 1e-3, "an AC coupling"),
+        ("acceleration", mounted, 2e-2, "a resonance of the mount"),
+        ("velocity", picked_up, 3e-4, "a high pass of order 2"),
     ],
 )
 def test_what_a_filter_takes_is_put_back(quantity: str, process: Process, noise_sd: float, name: str) -> None:
