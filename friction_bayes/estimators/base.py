@@ -234,10 +234,9 @@ class Fit:
         best = max(listed, key=lambda each: each.probability)
         return None if best.filter is None else BehindFilter(best.filter.name, best.gain, probability)
 
-    @property
-    def bent_spring(self) -> tuple[float, float]:
-        """Probability that the stiffness changes with the swing, and by which share at the largest."""
-        found = [account.bent_spring for account in self.accounts]
+    def bent(self, name: str) -> tuple[float, float]:
+        """Probability that a spring or a scale is bent, by its name, and by which share at the largest."""
+        found = [account.bent(name) for account in self.accounts]
         return sum(own for own, _ in found), max(found)[1] if found else 0.0
 
     @property

@@ -26,6 +26,7 @@ from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, a
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR, uneven_loss
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT
+from friction_bayes.estimators.noise.other_forces import BENT
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -166,7 +167,7 @@ def estimate(
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
             fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))
-        warned = _uneven_loss_note(decay, fit) + _bent_spring_note(decay, fit)
+        warned = _uneven_loss_note(decay, fit) + _bent_notes(decay, fit)
         pendulum = pendulum_notes(decay)
         force = force_notes(decay, fit, slower_swings=bool(pendulum))
         acceptance = None
@@ -282,16 +283,18 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     return [text]
 
 
-def _bent_spring_note(decay: FreeDecay, fit: Fit) -> list[str]:
-    """Note of a frequency that changes with the swing, where it probably does."""
-    probability, share = fit.bent_spring
-    if probability < 0.5:
-        return []
-    return [
-        f"{decay.name}: the frequency changes with the swing (probability {number(probability, 3)}), as on a "
-        f"spring {percent(abs(share))} {'stiffer' if share > 0.0 else 'softer'} at the largest: friction is "
-        "averaged over that"
-    ]
+def _bent_notes(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Notes of a frequency, and of a scale, that change with the swing, where they probably do."""
+    (of_spring, stiffer), (of_scale, _) = (fit.bent(name) for name in BENT)
+    notes = []
+    if of_spring >= 0.5:
+        notes.append(
+            f"the frequency changes with the swing (probability {number(of_spring, 3)}), as on a spring "
+            f"{percent(abs(stiffer))} {'stiffer' if stiffer > 0.0 else 'softer'} at the largest"
+        )
+    if of_scale >= 0.5:
+        notes.append(f"the scale of the sensor is bent (probability {number(of_scale, 3)})")
+    return [f"{decay.name}: {note}: friction is averaged over that" for note in notes]
 
 
 def _provenance(record: xr.DataArray) -> list[str]:

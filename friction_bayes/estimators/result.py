@@ -33,6 +33,7 @@ from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.equally_probable import equally_probable
+from friction_bayes.estimators.noise.other_forces import BENT
 
 __all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
 
@@ -299,7 +300,7 @@ class Estimate(Shown):
                 "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
                 "witness": self._witness_summary(),
                 "uneven_loss": self._uneven_loss_summary(),
-                "cubic_stiffness": self._cubic_stiffness_summary(),
+                **{name: self._bent_summary(name) for name in BENT},
                 "fitted": {
                     "from_s": self.decay.start_time,
                     "to_s": self.decay.start_time + self.decay.duration,
@@ -347,10 +348,10 @@ class Estimate(Shown):
             "losses": uneven.losses,
         }
 
-    def _cubic_stiffness_summary(self) -> dict[str, float] | None:
+    def _bent_summary(self, name: str) -> dict[str, float] | None:
         if not self.fit.accounts:
             return None
-        probability, share = self.fit.bent_spring
+        probability, share = self.fit.bent(name)
         return {"probability": probability, "share_at_largest_swing": share}
 
     def _filter_summary(self) -> dict[str, Any] | None:

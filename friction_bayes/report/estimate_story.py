@@ -7,7 +7,7 @@ from typing import Any
 
 from friction_bayes.core.text import duration, interval90, number, of_friction, percent, with_interval, words
 from friction_bayes.estimators.noise.noise_accounts import UNLISTED
-from friction_bayes.estimators.noise.other_forces import BENT_SPRING
+from friction_bayes.estimators.noise.other_forces import BENT
 from friction_bayes.estimators.result import Estimate
 
 __all__ = ["JUDGEMENTS", "apart", "behind_filter", "estimate_story", "story_of_estimate"]
@@ -79,9 +79,9 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     uneven = result["uneven_loss"]
     if uneven is not None and uneven["losses"] is not None and uneven["probability"] > _LIKELY:
         text += "".join(f", {words(name)}" for name, share in uneven["losses"].items() if share > _LIKELY)
-    spring = result["cubic_stiffness"]
-    if spring is not None and spring["probability"] > _LIKELY:
-        text += f", {words(BENT_SPRING)}"
+    for name in BENT:
+        if result[name] is not None and result[name]["probability"] > _LIKELY:
+            text += f", {words(name)}"
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"
     elif force["probability"] > _WORTH_A_WORD:

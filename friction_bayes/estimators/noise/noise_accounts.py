@@ -37,7 +37,6 @@ from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundK
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.other_forces import (
-    BENT_SPRING,
     FORCES,
     LOSSES,
     SHAPES,
@@ -150,14 +149,13 @@ class NoiseAccount:
             losses={name: self.others[name] / share for name in LOSSES},
         )
 
-    @property
-    def bent_spring(self) -> tuple[float, float]:
-        """Probability of the account and of a stiffness that changes with the swing, and its share."""
-        share, given = self._given((BENT_SPRING,))
+    def bent(self, name: str) -> tuple[float, float]:
+        """Probability of the account and that a spring or a scale is bent, and the share at the largest."""
+        share, given = self._given((name,))
         if given is None:
             return 0.0, 0.0
-        bent = np.array(self._part.laid.regression.names) == BENT_SPRING
-        return self.probability * share, float(given.best_law()[bent].sum())
+        own = np.array(self._part.laid.regression.names) == name
+        return self.probability * share, float(given.best_law()[own].sum())
 
     def _given(self, forces: Sequence[str]) -> tuple[float, Posterior | None]:
         """Probability that some of these forces act, and the posterior then; None where they do not."""

@@ -1,4 +1,4 @@
-r"""What may act in addition to a spring and constant dry friction: other losses, and a bent spring.
+r"""What may act in addition to a spring and constant dry friction: other losses, a bent spring, a bent scale.
 
 Each is a force along a path, whose response is a column of the law:
 
@@ -12,6 +12,9 @@ be, and of the last two by that friction. All losses resist, but friction may fa
 A bent spring takes nothing: the frequency changes with the swing, which passes for pre-sliding where it
 cannot be fitted. The last two are evaluated at a few speeds and lengths, each with the derivative in the
 logarithm of that as a second column.
+
+No force at all is the bent scale of a sensor, which reads ``y + c y^2 + e y^3``: where it cannot be fitted
+its harmonics pass for a random force, or for a filter.
 """
 
 from __future__ import annotations
@@ -32,13 +35,14 @@ from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.effects.quadratic_drag import QUADRATIC_DRAG
+from friction_bayes.mechanics.effects.sensor_nonlinearity import SENSOR_NONLINEARITY
 from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import at_sensor, force_response
 
 __all__ = [
-    "BENT_SPRING",
+    "BENT",
     "DISTINCT",
     "FORCES",
     "LOSSES",
@@ -50,13 +54,14 @@ __all__ = [
     "repeated",
 ]
 
-_DAMPING, _DRAG, _DRIFTING, BENT_SPRING, _STRIBECK, _PRESLIDING = (
+_DAMPING, _DRAG, _DRIFTING, _BENT_SPRING, _BENT_SCALE, _STRIBECK, _PRESLIDING = (
     effect.name
     for effect in (
         VISCOUS_DAMPING,
         QUADRATIC_DRAG,
         FRICTION_DRIFT,
         CUBIC_STIFFNESS,
+        SENSOR_NONLINEARITY,
         STRIBECK_FRICTION,
         PRESLIDING,
     )
@@ -66,7 +71,8 @@ _PROBABILITY = MappingProxyType(
         _DAMPING: 0.15,
         _DRAG: 0.03,
         _DRIFTING: 0.03,
-        BENT_SPRING: 0.03,
+        _BENT_SPRING: 0.03,
+        _BENT_SCALE: 0.03,
         _STRIBECK: 0.03,
         _PRESLIDING: 0.03,
     }
@@ -79,16 +85,18 @@ middle, as those of dry friction alone, and of 60 in which damping takes 2 to 15
 """
 FORCES = tuple(_PROBABILITY)
 """By their names in the catalogue of effects."""
-LOSSES = tuple(name for name in FORCES if name != BENT_SPRING)
-"""Those of them that take energy."""
+BENT = (_BENT_SPRING, _BENT_SCALE)
+LOSSES = tuple(name for name in FORCES if name not in BENT)
+"""Those of them that are bent, and those that take energy."""
 _MOST_AT_ONCE, _MOST_COLUMNS = 2, 4
 """Of these, and of what describes them: three forces in one decay are no accident, and imitate what none of
 them is, as five columns do a random force."""
 _SIZES = tuple(UNEVEN_PRIOR)
 """Prior sds of the share of the loss that one of them takes, as probable as each other: few take much. And
-those of a bent spring over the largest."""
+those of what is bent over the largest."""
 _BENT = 0.05
-"""Largest prior sd of the share by which the stiffness changes with the swing, as that of the stiffness."""
+"""Largest prior sd of the share by which the stiffness changes with the swing, as that of the stiffness, or
+the scale of the sensor."""
 _SHAPES = MappingProxyType(
     {
         _STRIBECK: {0.05: 0.26, 0.1: 0.35, 0.2: 0.26, 0.4: 0.13},
@@ -105,7 +113,9 @@ _APART = 0.5 * math.log(2.0)
 """Prior sd of the logarithm of one of these about its value."""
 _PLAIN = tuple(name for name in FORCES if name not in _SHAPES)
 """Those without a shape, whose columns come first."""
-_OF_PLAIN = tuple(name for name in _PLAIN for _ in range(CURVE_SDS.size if name == _DRIFTING else 1))
+_COLUMNS = MappingProxyType({_DRIFTING: CURVE_SDS.size, _BENT_SCALE: 2})
+"""How many columns of these have other than one."""
+_OF_PLAIN = tuple(name for name in _PLAIN for _ in range(_COLUMNS.get(name, 1)))
 """Of which of them each column is, but for the prior sds."""
 DISTINCT = len(_OF_PLAIN) + 2 * len(SHAPES)
 """Columns but for their prior sds."""
@@ -152,14 +162,21 @@ def other_force_columns(
 
     # friction takes 4 r/k A in a cycle, damping pi c A**2, drag 8/3 c A**3
     damping, drag = 4.0 / (math.pi * float(np.mean(np.sqrt(power)))), 1.5 / float(np.mean(power))
-    plain = [friction * damping, friction * drag, *(friction * CURVE_SDS), _BENT]
+    plain = [friction * damping, friction * drag, *(friction * CURVE_SDS), _BENT, _BENT, _BENT]
     scale = np.array([*plain, *[friction, friction * _APART] * len(shapes)])
     names = (*_OF_PLAIN, *[_STRIBECK] * 2 * speeds.size, *[_PRESLIDING] * 2 * lengths.size)
     of_either_sign = np.array(
-        [*(name in (_DRIFTING, BENT_SPRING) for name in _OF_PLAIN), *[False, True] * len(shapes)]
+        [
+            *(name in (_DRIFTING, *BENT) for name in _OF_PLAIN),
+            *[False, True] * len(shapes),
+        ]
     )
     states = force_response(path, forces(path.nodes))
-    sensor, times = at_sensor(states, row, forces(path.samples)), len(_SIZES)
+    sensor = at_sensor(states, row, forces(path.samples))
+    # a bent scale moves nothing, and comes before what has a shape
+    bent, place = _bent_readings(path, row), sensor.shape[1] - 2 * len(shapes)
+    states = np.insert(states, [place] * bent.shape[1], 0.0, axis=2)
+    sensor, times = np.insert(sensor, [place] * bent.shape[1], bent, axis=1), len(_SIZES)
     return AddedColumns(
         names=tuple(name for name in names for _ in _SIZES),
         sensor=np.repeat(sensor, times, axis=1),
@@ -167,6 +184,13 @@ def other_force_columns(
         scale=np.outer(scale, _SIZES).ravel(),
         positive=np.repeat(~of_either_sign, times),
     )
+
+
+def _bent_readings(path: MeasuredPath, row: Array) -> Array:
+    """Square and cube of what a sensor reads, as large as that, shape (n, 2)."""
+    read = row[..., 0] * path.x + row[..., 1] * path.v
+    largest = float(np.max(np.abs(read)))
+    return np.column_stack([read**2 / largest, read**3 / largest**2])
 
 
 @lru_cache
@@ -207,6 +231,8 @@ def _blocks(name: str) -> list[tuple[int, int, float]]:
     """Columns of a force that act together, from one to before another, and the probabilities of these."""
     if name == _DRIFTING:
         return [(0, 1, 0.5), (0, CURVE_SDS.size, 0.5)]
+    if name == _BENT_SCALE:
+        return [(0, _COLUMNS[name], 1.0)]
     shares = _SHAPES.get(name)
     return [(0, 1, 1.0)] if shares is None else [(2 * i, 2 * i + 2, p) for i, p in enumerate(shares.values())]
 

@@ -23,7 +23,7 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 AMPLITUDE, FRICTION = 0.02, 0.2
 SIZES = 4
-COLUMNS = (1, 1, 3, 1, 2, 2)
+COLUMNS = (1, 1, 3, 1, 2, 2, 2)
 """Of each force, of one shape and size; friction changes along a line, by one, or a curve, by three."""
 END = 6.0
 """Phase at which a decay ends."""
@@ -55,8 +55,8 @@ def test_sets_have_one_size_and_shape_of_each_force_and_two_forces_at_most() -> 
 def test_without_shapes_the_plain_forces_are_left() -> None:
     sets, _ = other_force_sets(shaped=False)
     columns = other_force_columns(cosine(), sensor_row(0), 0.01, END, ())
-    assert sets.shape[1] == len(columns.names) == sum(COLUMNS[:4]) * SIZES
-    assert set(columns.names) == set(FORCES[:4])
+    assert sets.shape[1] == len(columns.names) == sum(COLUMNS[:5]) * SIZES
+    assert set(columns.names) == set(FORCES[:5])
 
 
 @pytest.mark.parametrize("amplitude", [1.0, 0.3])
@@ -70,7 +70,7 @@ def test_a_loss_of_the_widest_prior_takes_what_friction_alone_would_take(amplitu
         assert work == pytest.approx(4.0 * friction * amplitude, rel=1e-3)
 
 
-@pytest.mark.parametrize(("force", "moved"), [(4, 1.1), (5, 0.9)])
+@pytest.mark.parametrize(("force", "moved"), [(5, 1.1), (6, 0.9)])
 def test_a_shape_moves_to_where_it_explains_the_force(force: int, moved: float) -> None:
     """A force of a slightly other speed or length is that of a column and its derivative."""
     path, row = cosine(cycles=3), sensor_row(0)
@@ -83,7 +83,7 @@ def test_a_shape_moves_to_where_it_explains_the_force(force: int, moved: float) 
     law = np.zeros(len(names))
     law[mine] = coefficients
     found = np.array(moved_shapes(law, SHAPES))
-    shape = (force - 4) * 4 + 1
+    shape = (force - 5) * 4 + 1
     assert found[shape] == pytest.approx(true[shape], rel=0.03)
     assert np.array_equal(np.delete(found, shape), np.delete(SHAPES, shape))
 
@@ -92,11 +92,11 @@ def test_a_shape_moves_to_where_it_explains_the_force(force: int, moved: float) 
     ("shares", "faster"),
     [
         ({0: 0.1}, True),
-        ({4: 0.1}, False),
+        ({5: 0.1}, False),
         ({2: 0.1}, False),
         ({2: -0.1}, True),
-        ({0: 0.1, 4: 0.3}, False),
-        ({0: 0.3, 4: 0.1}, True),
+        ({0: 0.1, 5: 0.3}, False),
+        ({0: 0.3, 5: 0.1}, True),
         ({0: 0.1, 2: 0.3}, False),
     ],
 )
@@ -152,6 +152,33 @@ def test_friction_is_right_under_each_force(effects: dict[str, float], quantity:
     assert found.random_force.probability < 0.01
     left = np.abs(found.decay.values - found.fit.prediction)
     assert np.median(left[: left.size // 2]) == pytest.approx(0.6745 * 2e-5 * scale, rel=0.1)
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+def test_a_bent_scale_is_straightened(quantity: str) -> None:
+    """One side reads 2 % too long, and both ends 1 % too short: neither is a force that fluctuates."""
+    order = ("displacement", "velocity", "acceleration").index(quantity)
+    largest = AMPLITUDE * 20.0**order
+    record = fb.simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=AMPLITUDE,
+        duration=5.0,
+        sampling_rate=400.0,
+        quantity=quantity,
+        noise_sd=1e-3 * largest,
+        seed=2,
+        effects={
+            "sensor_nonlinearity.curvature": 0.02 / largest,
+            "sensor_nonlinearity.cubic": -0.01 / largest**2,
+        },
+    )
+    found = fb.estimate(record, SYSTEM)
+    low, high = found.friction.interval(0.98)
+    assert low < FRICTION < high < low + 0.01 * FRICTION
+    assert found.random_force.probability < 0.01
+    assert found.fit.bent("sensor_nonlinearity")[0] > 0.99
+    assert any("the scale of the sensor is bent" in note for note in found.notes)
 
 
 def test_a_law_with_a_random_force_draws_the_fit_of_dry_friction() -> None:
