@@ -42,8 +42,7 @@ from friction_bayes.loop.report.effect_summaries import (
     parameter_summary,
     parameter_units,
 )
-from friction_bayes.loop.report.knock_notes import knock_notes
-from friction_bayes.loop.report.motion_trace import motion_trace
+from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
