@@ -19,7 +19,7 @@ from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.held_out import with_forecasts
+from friction_bayes.loop.checks.forecast import with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
 from friction_bayes.loop.data.friction import Distribution
 from friction_bayes.loop.data.model import LoopModel

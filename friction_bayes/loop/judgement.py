@@ -10,7 +10,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.held_out import (
+from friction_bayes.loop.checks.forecast import (
     Forecast,
     forecast_records,
     held_out_error,

@@ -16,8 +16,7 @@ from friction_bayes.core.text import percent
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.contradictions import contradictions
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
-from friction_bayes.loop.checks.forecast import forecast
-from friction_bayes.loop.checks.held_out import Forecast
+from friction_bayes.loop.checks.forecast import Forecast, forecast
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
