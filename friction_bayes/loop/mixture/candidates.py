@@ -14,7 +14,7 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.contradictions import contradictions
+from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
 from friction_bayes.loop.checks.forecast import Forecast, forecast
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
@@ -32,7 +32,6 @@ from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.cells import cells_of
 from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
-from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
