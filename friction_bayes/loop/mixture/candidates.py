@@ -32,7 +32,6 @@ from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.cells import cells_of
 from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
-from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
     line_summary,
@@ -41,7 +40,7 @@ from friction_bayes.loop.report.effect_summaries import (
     parameter_units,
 )
 from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
-from friction_bayes.loop.report.next_experiment import Contender
+from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import credible_count

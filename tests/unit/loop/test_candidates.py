@@ -17,7 +17,7 @@ from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
 from friction_bayes.loop.mixture.cells import Cells
 from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.report.contender import drawn_contender
+from friction_bayes.loop.report.next_experiment import drawn_contender
 from loop_options import loop_options
 
 ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")
