@@ -28,11 +28,10 @@ from friction_bayes.loop.judgement import Judgement, judge
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.next_experiment import next_experiment
+from friction_bayes.loop.report.next_experiment import experiment_on_unexplained, next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
 from friction_bayes.loop.report.result import LoopReport
-from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     credible_count,

@@ -24,10 +24,10 @@ from friction_bayes.loop.data.friction import (
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.report.unexplained import friction_range
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
     credible_count,
+    friction_range,
     reasons_against,
     verdict,
 )

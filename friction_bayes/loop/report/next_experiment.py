@@ -1,6 +1,6 @@
-"""Which further record would decide between candidates that tie, predicted by each as drawn.
+"""What to measure next: where candidates tie, or where none explains the record.
 
-Computed from the candidates themselves.
+Which further record would decide between candidates that tie is computed from the candidates themselves.
 Each experiment is predicted under the most probable candidate. A rival, with its posterior from the records
 so far and an initial state of its own, can follow that prediction in part; what is left is linear algebra:
 with the difference ``D`` of the two predictions, noise ``V`` and the rival's derivatives ``J`` and covariance
@@ -12,7 +12,7 @@ random force the records also differ in their scatter, which adds to it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,6 +41,7 @@ __all__ = [
     "Proposal",
     "drawn_contender",
     "expected_log_bayes_factor",
+    "experiment_on_unexplained",
     "log_bayes_factor_of_scatter",
     "next_experiment",
     "proposals",
@@ -383,3 +384,62 @@ def _coordinates(c: Coordinate, values: Array | None, count: int) -> Array:
     if values is None:
         return np.full(count, c.start)
     return np.array([c.coordinate(float(value)) for value in values])
+
+
+_BY_VARIABLE = {
+    "velocity": "Release it from half and from twice the amplitude, and close the loop on all records "
+    "together: a force that belongs to the velocity comes again at the same velocity, and its curve in the "
+    "figure of the force left over is the effect to register.",
+    "position": "Move the sensor against the machine, release again and compare the force left over: what "
+    "stays at its place in the machine is a force (a guide, a cable), what moves along is an error of the "
+    "sensor.",
+    "amplitude": "Release it from half the amplitude, and close the loop on both records together: a force "
+    "that belongs to the amplitude comes again at the same amplitude, one that belongs to the time does not.",
+    "time": "Release it again at once without touching it: what follows the time since the release comes "
+    "again, what went on in the meantime is warming or wear.",
+}
+_OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
+"""Tests of the scatter of samples, independent of the motion."""
+
+
+_OF_RECORDS = (
+    "Close the loop on each record by itself, and look for what was not the same between them: mounting, "
+    "temperature, wear, the side of the release. Where friction is known to differ, fit it as varying "
+    "(--varying-friction, varying_friction=True): its mean and its spread are then found."
+)
+
+
+def experiment_on_unexplained(
+    depends_on: str | None, failed: Collection[str], because: Collection[str], records: int
+) -> str:
+    """A sentence on the measurement that shows where the residual comes from.
+
+    Parameters
+    ----------
+    depends_on : str or None
+        What the force that is left depends on.
+    failed : collection of str
+        Tests that the residual fails.
+    because : collection of str
+        What forbids to use the number.
+    records : int
+        Of how many records.
+    """
+    if "records" in because:
+        return _OF_RECORDS
+    if depends_on is not None:
+        return _BY_VARIABLE[depends_on]
+    if failed and _OF_THE_SENSOR.issuperset(failed):
+        return (
+            "Record the machine at rest with the same sensor: what scatters the same way there is the "
+            "sensor's, what does not comes with the motion."
+        )
+    if records > 1:
+        return (
+            "Nothing yet: close the loop on each record by itself first. A knock or a sensor that slipped in "
+            "one of them is reported there, and so is friction, which all were taken to share."
+        )
+    return (
+        "Repeat the release twice from the same amplitude, and close the loop on all records together: what "
+        "comes again is an effect to look for in the figures of the residual, what does not is a disturbance."
+    )

@@ -1,4 +1,4 @@
-"""The verdict in one word, by the use of the number; and the candidates that together have 95 %."""
+"""The verdict in one word, by the use of the number; the candidates with 95 %; the range where none holds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -20,6 +21,7 @@ __all__ = [
     "UNEXPLAINED",
     "credible_candidates",
     "credible_count",
+    "friction_range",
     "reasons_against",
     "verdict",
 ]
@@ -129,3 +131,23 @@ def verdict(
         return "explained"
     known = min(float(probabilities[agrees].sum()), rubs) >= least
     return "adequate" if known and effects <= _ADDED else AMBIGUOUS
+
+
+def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:
+    """Return the report's ``friction_range``: lowest and highest mean of a reading, and each reading.
+
+    Parameters
+    ----------
+    readings : mapping of str to ndarray, shape (k,)
+        Draws of friction [N or N m] by each reading of the record, in words.
+    factor : float
+        From a model's friction to the reported one.
+    unit : str
+        Of the latter.
+    """
+    each = [
+        {"what": what} | Summary.of_draws(factor * friction, unit).to_dict()
+        for what, friction in readings.items()
+    ]
+    means = [reading["mean"] for reading in each]
+    return {"low": min(means), "high": max(means), "unit": unit, "readings": each}

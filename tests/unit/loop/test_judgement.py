@@ -13,8 +13,7 @@ from arviz_stats.base import array_stats
 import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.loop import LoopReport
-from friction_bayes.loop.report.unexplained import friction_range
-from friction_bayes.loop.report.verdict import credible_count, reasons_against, verdict
+from friction_bayes.loop.report.verdict import credible_count, friction_range, reasons_against, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()
