@@ -17,11 +17,13 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.estimators.noise.filter_evidence import likely_filters
+from friction_bayes.estimators.noise.free_corners import corner_columns
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import lines_in_residual
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
-from friction_bayes.loop.infer.behind_filter import filter_of
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
 from friction_bayes.loop.infer.finer_columns import finer_lines, finer_shapes, lines_that_show
 from friction_bayes.loop.infer.impossible import integrate_possible
@@ -36,7 +38,7 @@ from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import SmoothedMotion
 
-__all__ = ["Round"]
+__all__ = ["Round", "filter_of"]
 
 _AUDIBLE = 1.01
 """Noise over the least possible above which it is noise, not rounding."""
@@ -351,3 +353,27 @@ def _law_along(
         return whole, along
     whole = whole.of_one_column(along.law.columns)
     return whole, LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)
+
+
+def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
+    """The mean of a record's probable filters, with their differences; None where none is as probable.
+
+    Forces other than friction are represented by a swing of varying amplitude and phase: above the motion's
+    frequency they are small next to the corners.
+
+    Parameters
+    ----------
+    found : LawAlongMotion
+        As if there were no filter.
+    missing : ndarray of bool, shape (n,)
+        Samples that are not used.
+    """
+    law, clock, path = found.law, found.clock, found.path
+    if not clock.even:
+        return None
+    plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
+    corners = np.hstack([plain, corner_columns(path)])
+    signal = np.where(missing, np.nan, found.regression.target + law.known)
+    angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
+    filters = likely_filters(signal, law.known, plain, corners, angle, found.segment.order)
+    return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None
