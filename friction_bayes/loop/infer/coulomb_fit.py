@@ -19,9 +19,8 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
-from friction_bayes.loop.data.model import LoopModel, Prediction
+from friction_bayes.loop.data.model import LoopModel, Prediction, difference_steps, prediction_derivatives
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
-from friction_bayes.loop.data.prediction_derivatives import difference_steps, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
