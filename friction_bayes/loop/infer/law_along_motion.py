@@ -17,7 +17,7 @@ from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.noise.robust_samples import LeftOut
+from friction_bayes.loop.noise.likelihood import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.kalman import Clock

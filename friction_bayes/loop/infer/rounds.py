@@ -31,7 +31,7 @@ from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
-from friction_bayes.loop.noise.robust_samples import come_anywhere
+from friction_bayes.loop.noise.likelihood import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import GridPoint
