@@ -16,7 +16,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
-from friction_bayes.loop.columns.lines import OF_LINES
+from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment

@@ -13,8 +13,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.loop import settings
+from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawColumns
-from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.settings import LoopSettings
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import log_probability

@@ -19,6 +19,7 @@ from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
+    OF_LINES,
     ForceColumn,
     ForceEvaluator,
     LawColumn,
@@ -31,7 +32,6 @@ from friction_bayes.loop.columns.effect_columns import (
     sensor_columns,
 )
 from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, SensorEffect
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT

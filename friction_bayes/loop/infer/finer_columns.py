@@ -1,4 +1,4 @@
-"""Columns that are not linear in a parameter, refined once a law has them: spectral lines, shapes of terms.
+"""Columns not linear in a parameter: lines found in a residual, refined as shapes are once a law has them.
 
 Lines were found under a law without them, in which the random force represented a part of a second mode, and
 a steady line another. The first round evaluates the shape of a term at a few values of its prior. Both are
@@ -9,19 +9,58 @@ step, and for a shape the spacing of its values in the next round.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.spectral_lines import Line
+from friction_bayes.decay.spectral_lines import Line, LineSearch, decaying_lines, steady_lines
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
+from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.measured_path import Points
 
-__all__ = ["finer_lines", "finer_shapes", "lines_that_show"]
+__all__ = ["finer_lines", "finer_shapes", "line_search", "lines_in_residual", "lines_that_show"]
+
+
+def line_search(segment: Segment) -> LineSearch:
+    """Where lines of a record are looked for."""
+    chosen, decay = settings.SETTINGS, segment.decay
+    motion = decay.frequency / (2.0 * math.pi)
+    return LineSearch(decay.step, segment.duration, motion, chosen.harmonic_band, chosen.noise_alarm_rate)
+
+
+def lines_in_residual(
+    innovations: Array, force: Array, segment: Segment, known: Sequence[Line], effects: Collection[str]
+) -> tuple[Line, ...]:
+    """Lines of these effects that exceed their surroundings in a spectrum, except the motion's.
+
+    Parameters
+    ----------
+    innovations : ndarray, shape (n,)
+        Under the law and the random force, in standard deviations.
+    force : ndarray, shape (n,)
+        The random force, which hides lines that the oscillator responds to.
+    segment : Segment
+    known : sequence of Line
+        Those that have been found: another one of the same effect lies apart from them.
+    effects : collection of str
+        Those that may act.
+    """
+    search = line_search(segment)
+    found: tuple[Line, ...] = ()
+    if PERIODIC_INTERFERENCE.name in effects:
+        found += steady_lines((innovations, force), search, [line for line in known if line.steady])
+    if SECOND_MODE.name in effects:
+        # not in the force: its spectrum is so steep that windows which begin at once make tops in it
+        found += decaying_lines(innovations, search, [line for line in known if not line.steady])
+    return found
+
 
 _LINE_STEP = 0.5
 """Longest, in the logarithm of the decay time, and of the frequency in half widths of the line."""

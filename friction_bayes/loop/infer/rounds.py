@@ -21,11 +21,15 @@ from friction_bayes.estimators.noise.filter_evidence import likely_filters
 from friction_bayes.estimators.noise.free_corners import corner_columns
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.lines import lines_in_residual
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
-from friction_bayes.loop.infer.finer_columns import finer_lines, finer_shapes, lines_that_show
+from friction_bayes.loop.infer.finer_columns import (
+    finer_lines,
+    finer_shapes,
+    lines_in_residual,
+    lines_that_show,
+)
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
