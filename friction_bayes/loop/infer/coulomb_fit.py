@@ -17,7 +17,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
-from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.columns.law_columns import LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.model import LoopModel, Prediction, difference_steps, prediction_derivatives
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY

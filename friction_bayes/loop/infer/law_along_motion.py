@@ -12,8 +12,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
+from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns, law_columns
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment

@@ -22,8 +22,7 @@ from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.effect_columns import OF_LINES
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.law_columns import LawColumns
+from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.options import LoopOptions

@@ -20,7 +20,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import likely_filters
 from friction_bayes.estimators.noise.free_corners import corner_columns
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
-from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.columns.law_columns import LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
