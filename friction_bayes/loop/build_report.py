@@ -36,8 +36,7 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
-from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
+from friction_bayes.loop.mixture.mixture import CandidateMixture, prior_sensitivity
 from friction_bayes.loop.report.next_experiment import experiment_on_unexplained, next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces

@@ -29,8 +29,7 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
 from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.cells import cells_of
-from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
+from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,

@@ -15,8 +15,7 @@ from friction_bayes.loop.checks import forecast
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
-from friction_bayes.loop.mixture.cells import Cells
-from friction_bayes.loop.mixture.mixture import CandidateMixture
+from friction_bayes.loop.mixture.mixture import CandidateMixture, Cells
 from friction_bayes.loop.report.next_experiment import drawn_contender
 from loop_options import loop_options
 
