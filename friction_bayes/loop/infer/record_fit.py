@@ -24,11 +24,10 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.law_along_motion import LEAST_TURNS, LawAlongMotion
-from friction_bayes.loop.infer.noise_kinds import NoiseKinds, evaluate_sensor_noise
+from friction_bayes.loop.infer.noise_kinds import NoiseGrowth, NoiseKinds, evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.infer.settle import settle
 from friction_bayes.loop.noise.colour import Colour
-from friction_bayes.loop.noise.growing_noise import NoiseGrowth
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.smoother import SmoothedMotion
