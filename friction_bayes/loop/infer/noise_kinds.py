@@ -24,7 +24,7 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
-from friction_bayes.loop.noise.colour import Colour
+from friction_bayes.loop.noise.correlated_noise import Colour
 from friction_bayes.loop.noise.likelihood import NoiseFit
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect, Prior
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds

@@ -27,7 +27,7 @@ from friction_bayes.loop.infer.law_along_motion import LEAST_TURNS, LawAlongMoti
 from friction_bayes.loop.infer.noise_kinds import NoiseGrowth, NoiseKinds, evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.infer.settle import settle
-from friction_bayes.loop.noise.colour import Colour
+from friction_bayes.loop.noise.correlated_noise import Colour
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.smoother import SmoothedMotion

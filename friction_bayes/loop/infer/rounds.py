@@ -33,8 +33,14 @@ from friction_bayes.loop.infer.finer_columns import (
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
-from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
-from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
+from friction_bayes.loop.noise.correlated_noise import (
+    NO_ERROR,
+    Colour,
+    SensorError,
+    colour_near_motion,
+    colour_of,
+    find_sensor_error,
+)
 from friction_bayes.loop.noise.likelihood import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior

@@ -16,7 +16,7 @@ from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.noise.colour import is_coloured
+from friction_bayes.loop.noise.correlated_noise import is_coloured
 
 __all__ = ["settle"]
 
