@@ -15,7 +15,7 @@ from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
-from friction_bayes.core.summary import TAILS, Summary
+from friction_bayes.core.summary import Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
@@ -37,9 +37,8 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture, prior_sensitivity
+from friction_bayes.loop.report.comparisons import compare_forces, compare_frictions, paper_procedure
 from friction_bayes.loop.report.next_experiment import experiment_on_unexplained, next_experiment
-from friction_bayes.loop.report.paper_procedure import paper_procedure
-from friction_bayes.loop.report.reference_force import compare_forces
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
@@ -163,7 +162,7 @@ def build_report(
     started : float
         Reading of ``time.perf_counter`` when the loop began.
     reference_force : ndarray or None
-        Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
+        Measured force, as from :func:`friction_bayes.loop.report.comparisons.validate_force`.
     """
     judged = judge(candidates, rng)
     mixture, before = judged.mixture, candidates.before
@@ -234,7 +233,7 @@ def _reference_check(
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
     known = options.reference_friction
-    reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
+    reference = compare_frictions(judged.friction, judged.friction_before, known) or {}
     sampled = None
     if options.check:
         found, sampled = candidates.check(options.seed)
@@ -323,21 +322,6 @@ def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
         "samples": samples * segment.block,
         "half_cycles": half_cycles,
         "set_aside": set_aside * segment.block,
-    }
-
-
-def _compare_with_reference(
-    after: Distribution, before: Distribution, friction: float | None
-) -> dict[str, Any] | None:
-    """Comparison with a friction known from elsewhere, if any."""
-    if friction is None:
-        return None
-    low, high = np.quantile(after.draws, TAILS)
-    return {
-        "friction": friction,
-        "error_before": float(before.draws.mean()) / friction - 1.0,
-        "error_after": float(after.draws.mean()) / friction - 1.0,
-        "within_interval90": bool(low <= friction <= high),
     }
 
 

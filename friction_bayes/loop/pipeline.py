@@ -20,7 +20,7 @@ from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.mixture.candidates import candidates_of
-from friction_bayes.loop.report.reference_force import validate_force
+from friction_bayes.loop.report.comparisons import validate_force
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 

@@ -31,6 +31,7 @@ from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
+from friction_bayes.loop.report.comparisons import ResistingForce
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
     line_summary,
@@ -40,7 +41,6 @@ from friction_bayes.loop.report.effect_summaries import (
 )
 from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
 from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
-from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import credible_count
 from friction_bayes.mechanics.effects import in_catalogue_order
