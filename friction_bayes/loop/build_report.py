@@ -154,15 +154,8 @@ def build_report(
 ) -> LoopReport:
     """The report: the mixture of candidates, tests of the residuals of the most probable, comparisons.
 
-    Parameters
-    ----------
-    candidates : Candidates
-    rng : numpy.random.Generator
-    options : LoopOptions
-    started : float
-        Reading of ``time.perf_counter`` when the loop began.
-    reference_force : ndarray or None
-        Measured force, as from :func:`friction_bayes.loop.report.comparisons.validate_force`.
+    Timed from ``started``, a reading of ``time.perf_counter``; a measured force is as from
+    :func:`friction_bayes.loop.report.comparisons.validate_force`.
     """
     judged = judge(candidates, rng)
     mixture, before = judged.mixture, candidates.before

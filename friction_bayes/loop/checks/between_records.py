@@ -147,22 +147,11 @@ def friction_between_records(
     unit: str,
     rng: np.random.Generator,
 ) -> dict[str, Any]:
-    """The report's ``friction_between_records``.
+    """The report's ``friction_between_records``, of laws (k draws) and of each record by itself.
 
-    Parameters
-    ----------
-    laws : DrawnLaws
-    alone : sequence of ForceFit, length r
-        Each record by itself.
-    shift : ndarray, shape (k,)
-        What slight effects that all records share add to the friction of each [N or N m].
-    probability : float
-        That friction differs.
-    scale : ndarray, shape (k,)
-        Draws of the factor from the model's friction to the reported one.
-    unit : str
-        Of the latter.
-    rng : numpy.random.Generator
+    What slight effects that all records share add to the friction of each is the ``shift``, shape (k,) [N or
+    N m], and ``scale``, shape (k,), has draws of the factor to the reported friction and its ``unit``. The
+    ``probability`` is that friction differs.
     """
     differs = laws.spread > 0.0
     spread = laws.spread[differs]

@@ -310,15 +310,9 @@ class ForceShape(NamedTuple):
 
 
 def best_shape(fit: ForceFit, binned: Array) -> ForceShape | None:
-    """The form that, as a part of the law, explains most of a binned force.
+    """The form that, as a part of the law, explains most of a binned force in its residual, shape (nodes, f).
 
     None where the law contains all of the forms already, as one with sensor effects can.
-
-    Parameters
-    ----------
-    fit : ForceFit
-    binned : ndarray, shape (nodes, f)
-        The binned force in the residual of the law.
     """
     names, columns = zip(*_shapes(fit.path), strict=True)
     bins = slice(0, binned.shape[1])
@@ -364,13 +358,9 @@ def _shapes(path: MeasuredPath) -> Iterator[tuple[str, Array]]:
 
 
 def stops(path: MeasuredPath) -> tuple[Array, Array]:
-    """Springs that begin at one position, met from one side.
+    """Springs that begin at one position, met from one side: places, shape (f,), and forces, (nodes, f).
 
-    Returns
-    -------
-    places : ndarray, shape (f,)
-        Over the largest displacement from the middle; the spring lies beyond.
-    forces : ndarray, shape (nodes, f)
+    Places are over the largest displacement from the middle; the spring lies beyond.
     """
     x = path.node_x - _middle(path)
     places = np.concatenate([_STOPS, -_STOPS])

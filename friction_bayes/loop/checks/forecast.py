@@ -279,14 +279,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
 def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Array:
     """The effect of the record's filter on forecasts, shape (k, n), that begin with the last fitted sample.
 
-    Parameters
-    ----------
-    draws : LawDraws
-    which : ndarray of bool
-        Draws that are forecast, k of them.
-    motions : ndarray, shape (k, 2, n)
-        Their displacements and velocities.
-    time : ndarray, shape (n,)
+    Of the k draws ``which``, with displacements and velocities ``motions``, shape (k, 2, n).
     """
     fit, law = draws.fit, draws.fit.law
     before = np.stack([fit.path.x, fit.path.v * fit.w0])[:, :-1]
@@ -337,29 +330,11 @@ def _fluctuation(
     stiffness: Array | None,
     slope: Array | None,
 ) -> tuple[Array, Array]:
-    """Contribution of the random force to the signal from the last state on.
+    """Means (k, n) and variances (g, n) of what the random force adds to the signal from the last state on.
 
-    Parameters
-    ----------
-    fit : ForceFit
-    points : ndarray of int, shape (g,)
-        Points of the grid.
-    forces : ndarray, shape (k,)
-        Random force at the last state, of each draw.
-    which : ndarray of int, shape (k,)
-        Point of each draw.
-    spreads : ndarray, shape (g, 3, 3)
-        Covariance of the last state.
-    time : ndarray, shape (n,)
-    stiffness : ndarray or None, shape (n - 1,)
-        Of the oscillator over each interval; None where it is one throughout.
-    slope : ndarray or None, shape (n,)
-        The same at the samples.
-
-    Returns
-    -------
-    means : ndarray, shape (k, n)
-    variances : ndarray, shape (g, n)
+    The force there is that of each draw, ``forces``, of one of the g ``points``, ``which``; ``spreads``,
+    shape (g, 3, 3), are the covariances of that state. ``stiffness`` and ``slope`` are as from
+    :func:`_slopes`.
     """
     steps, stiffness, _, index = distinct_steps(time * fit.w0, stiffness)
     transitions, added = np.empty((2, steps.size, points.size, 3, 3))

@@ -88,13 +88,7 @@ class ResidualTests:
 
 
 def noise_tests(x: Array) -> tuple[Channel, ...]:
-    """Tests of correlation, of the largest line, and of samples far out.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Residuals over their standard deviation.
-    """
+    """Tests of correlation, of the largest line, and of samples far out; of residuals over their sd."""
     white, (line, p_value) = whiteness(x), _largest_line(x)
     return (
         Channel("whiteness", white.statistic, white.lags, white.p_value),
@@ -128,13 +122,7 @@ def worst_of(records: Sequence[ResidualTests]) -> ResidualTests:
 
 
 def _far_residuals(x: Array) -> Channel:
-    """Test of the tails: the number of far residuals, and whether one dwarfs all others.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        White residuals over their standard deviation.
-    """
+    """Test of the tails: the number of far residuals, and whether one dwarfs all others."""
     count = int(np.count_nonzero(np.abs(x) > settings.SETTINGS.far))
     p_value = float(stats.binom.sf(count - 1, x.size, 2.0 * stats.norm.sf(settings.SETTINGS.far)))
     largest = float(np.max(np.abs(x), initial=0.0))

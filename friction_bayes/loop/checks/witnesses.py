@@ -42,16 +42,7 @@ class Witnesses:
 
 
 def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
-    """Friction by its loss of energy and by its shape.
-
-    Parameters
-    ----------
-    fit : ForceFit
-    unit_force : float
-        Force of one natural unit.
-    unit : str
-        Of that force.
-    """
+    """Friction by its loss of energy and by its shape, ``unit_force`` being a natural unit in ``unit``."""
     best = fit.posterior.best
     others = fit.sets.columns[fit.chosen].copy()
     # where the best law has no dry friction, both witnesses are of Coulomb friction added to it

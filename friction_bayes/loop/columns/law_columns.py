@@ -294,22 +294,10 @@ def law_columns(
     lines: Sequence[Line] = (),
     about: LawBefore | None = None,
 ) -> LawColumns:
-    """Columns of the law along a path.
+    """Columns of the law along a path in natural units of ``w0`` [rad/s], with a rough friction in these.
 
-    Parameters
-    ----------
-    path : MeasuredPath
-        In natural units of ``w0``.
-    record : MovingRecord
-    w0 : float
-        Frequency of the natural units [rad/s].
-    friction : float
-        Rough friction in natural units.
-    lines : sequence of Line
-        Those of each effect, the strongest first.
-    about : LawBefore, optional
-        The law under which the path was smoothed: the columns are the derivatives of its motion. The forces
-        are taken as given along the path by default.
+    Of several lines of an effect the strongest comes first. Columns are the derivatives of the motion of the
+    law ``about`` which the path was smoothed; by default forces are taken as given along the path.
     """
     system, segment, order = record.system, record.segment, record.segment.order
     ratio = w0 / system.natural_frequency

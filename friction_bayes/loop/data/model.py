@@ -224,23 +224,10 @@ class LoopModel:
         state: tuple[float, float] | None = None,
         order: int | None = None,
     ) -> Prediction | None:
-        """Prediction of record ``r`` at any times, from another state or for another sensor if given.
+        """Prediction of record ``r`` at any times since its start [s]; None where it is not finite.
 
-        Parameters
-        ----------
-        z : ndarray, shape (p,)
-        r : int
-        time : ndarray, shape (n,)
-            Seconds since the start of the segment.
-        state : tuple of float, optional
-            Displacement and velocity at its first time instead of the fitted ones.
-        order : int, optional
-            Derivative that is measured: 0 displacement, 1 velocity, 2 acceleration.
-
-        Returns
-        -------
-        Prediction or None
-            None when the motion does not stay finite.
+        From another ``state`` than the fitted one, displacement and velocity at the first of these times, and
+        for a sensor of another derivative ``order``, if given.
         """
         if order is None:
             order = self.segments[r].order
@@ -293,17 +280,10 @@ def difference_steps(precision: Array) -> Array:
 def prediction_derivatives(
     model: LoopModel, z: Array, r: int, base: Prediction, steps: Array | None
 ) -> Array:
-    """Derivatives of the signal of record ``r``, shape (n, p).
+    """Derivatives of the signal of record ``r`` at ``z``, shape (n, p), about its prediction there.
 
-    Parameters
-    ----------
-    model : LoopModel
-    z : ndarray, shape (p,)
-    r : int
-    base : Prediction
-        Of the record at ``z``.
-    steps : ndarray, shape (p,), or None
-        Difference steps of the coordinates of the motion; None before any posterior is known.
+    Difference ``steps``, shape (p,), are of the coordinates of the motion; None before any posterior is
+    known.
     """
     columns = np.zeros((base.signal.size, z.size))
     for j, c in enumerate(model.coordinates):

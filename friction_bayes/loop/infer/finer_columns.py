@@ -38,19 +38,10 @@ def line_search(segment: Segment) -> LineSearch:
 def lines_in_residual(
     innovations: Array, force: Array, segment: Segment, known: Sequence[Line], effects: Collection[str]
 ) -> tuple[Line, ...]:
-    """Lines of these effects that exceed their surroundings in a spectrum, except the motion's.
+    """Lines of these effects that exceed their surroundings in a spectrum, except known and the motion's.
 
-    Parameters
-    ----------
-    innovations : ndarray, shape (n,)
-        Under the law and the random force, in standard deviations.
-    force : ndarray, shape (n,)
-        The random force, which hides lines that the oscillator responds to.
-    segment : Segment
-    known : sequence of Line
-        Those that have been found: another one of the same effect lies apart from them.
-    effects : collection of str
-        Those that may act.
+    In the ``innovations`` under law and random force, in standard deviations, or in that ``force``, which
+    hides lines that the oscillator responds to; shape (n,) both.
     """
     search = line_search(segment)
     found: tuple[Line, ...] = ()
@@ -149,19 +140,9 @@ def finer_shapes(
 ) -> dict[str, tuple[float, ...]]:
     """Values at which the shape of each effect of a law is evaluated next.
 
-    Parameters
-    ----------
-    founds : sequence of LawAlongMotion, length r
-        The records, which have one law; its shapes are common to them.
-    laws : sequence of ndarray, shape (p,)
-        Its coefficients in each; one that is the same in all is common to them.
-    points : sequence of GridPoint
-        The random force of each in addition to it.
-
-    Returns
-    -------
-    dict
-        Normal scores of the prior by effect; without those that are taken all over it.
+    Normal scores of the prior by effect, without those that are taken all over it. Shapes are common to the
+    records ``founds``, and so are coefficients that are the same in all of their ``laws``, shape (p,);
+    ``points`` are the random forces in addition to these.
     """
     bent = (each.column for _, each in founds[0].law.with_sizes(laws[0]) if each.column.shape)
     scores = {column.effect: column.score for column in bent}

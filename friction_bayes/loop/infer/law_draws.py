@@ -43,13 +43,6 @@ def shared_out(draws: int, weight: Array, rng: np.random.Generator) -> Integers:
 
     Systematic sampling (Kitagawa, J. Comput. Graph. Stat. 5, 1996), unbiased as multinomial numbers are, but
     without their scatter, which an sd due to a few far draws would inherit.
-
-    Parameters
-    ----------
-    draws : int
-    weight : ndarray, shape (parts,)
-        Not negative; need not add up to one.
-    rng : numpy.random.Generator
     """
     upto = np.cumsum(weight)
     # the last is one without rounding

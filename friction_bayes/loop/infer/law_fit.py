@@ -159,21 +159,9 @@ def fit_law(
     options: LoopOptions,
     progress: Callable[[str], None] | None = None,
 ) -> LawFit:
-    """The analysis of one or several records of one quantity.
+    """The analysis of one or several records of one quantity, the name of each told to ``progress``.
 
-    Parameters
-    ----------
-    segments : sequence of Segment, length r
-    system : Oscillator
-        The declared system.
-    options : LoopOptions
-        Where friction is not known to vary, that it does is as probable as a slight effect.
-    progress : callable, optional
-        Called with the name of each record.
-
-    Returns
-    -------
-    LawFit
+    Where friction is not known to vary, that it does is as probable as a slight effect.
 
     Raises
     ------

@@ -99,21 +99,10 @@ def log_convention(used: int, unit: float) -> float:
 def evaluate_sensor_noise(
     along: LawAlongMotion, cleaned: LawAlongMotion
 ) -> tuple[LawAlongMotion, Posterior, NoiseKinds]:
-    """Evidence of each kind of noise, and the posterior over the random force under the most probable.
+    """The law under the most probable kind of noise, its posterior over the random force, and all kinds.
 
-    Parameters
-    ----------
-    along : LawAlongMotion
-        The law of the record.
-    cleaned : LawAlongMotion
-        The same without the samples that are outliers if there are any; ``along`` itself where none are.
-
-    Returns
-    -------
-    along : LawAlongMotion
-        Under the most probable noise.
-    posterior : Posterior
-    noise : NoiseKinds
+    ``cleaned`` is the law without the samples that are outliers if there are any; ``along`` itself where none
+    are.
     """
     evaluated = _given_samples(along, contaminated=False)
     if cleaned is not along:
@@ -228,22 +217,10 @@ def find_noise_growth(
     w0: float,
     prior: Prior,
 ) -> NoiseGrowth:
-    """Noise that grows, with its evidence over noise of one size.
+    """Noise that grows, with its evidence over noise of one size, at the ``posterior`` of the random force.
 
-    Parameters
-    ----------
-    effect : GrowingNoiseEffect
-    regression : LawRegression
-        The record, with noise of one size.
-    posterior : Posterior
-        Of its random force.
-    path : MeasuredPath
-    order : int
-        Derivative that is measured.
-    w0 : float
-        Frequency of the natural units [rad/s].
-    prior : Prior
-        Log-normal, of the size in one value.
+    The ``regression`` has noise of one size; the sensor shows the derivative ``order``, ``w0`` [rad/s] is the
+    frequency of the natural units, and the log-normal ``prior`` that of the size in one value.
     """
     clock, best = regression.clock, posterior.best
     chosen = regression.sets[best.chosen]

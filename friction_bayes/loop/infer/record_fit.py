@@ -151,22 +151,9 @@ def fit_random_force(
     *,
     noise: str = "auto",
 ) -> ForceFit | None:
-    """The analysis of one record.
+    """The analysis of one record, with the effects ``allowed``; None where it has too few turning points.
 
-    Parameters
-    ----------
-    segment : Segment
-    system : Oscillator
-        The declared system.
-    allowed : sequence of str
-        Effects that may act.
-    noise : {"auto", "white", "ar"}
-        Noise of the sensor: white or what it shows, white, or coloured where it can be.
-
-    Returns
-    -------
-    ForceFit or None
-        None where the record has too few turning points.
+    Noise of the sensor is white or what it shows ("auto"), white, or coloured where it can be ("ar").
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), noise=noise)
     return _fit_of(settle(whole))
@@ -176,19 +163,7 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
     """The analysis of the first samples of a record that has been analysed as a whole.
 
     It was recorded through the filter that was found in the whole, or none, and its noise is coloured if that
-    was.
-
-    Parameters
-    ----------
-    fit : ForceFit
-    allowed : sequence of str
-        Effects that may act.
-    samples : int
-
-    Returns
-    -------
-    ForceFit or None
-        None where these have too few turning points.
+    was. None where these samples have too few turning points.
     """
     filter_, known = fit.law.filter, fit.record
     noise = "ar" if isinstance(known.error, Colour) else known.noise

@@ -368,15 +368,10 @@ def _law_along(
 def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     """The mean of a record's probable filters, with their differences; None where none is as probable.
 
-    Forces other than friction are represented by a swing of varying amplitude and phase: above the motion's
+    As :func:`friction_bayes.estimate` finds it (:mod:`friction_bayes.estimators.noise.filter_evidence`),
+    along the motion of a law ``found`` as if there were no filter, without the samples ``missing``. Forces
+    other than friction are represented by a swing of varying amplitude and phase: above the motion's
     frequency they are small next to the corners.
-
-    Parameters
-    ----------
-    found : LawAlongMotion
-        As if there were no filter.
-    missing : ndarray of bool, shape (n,)
-        Samples that are not used.
     """
     law, clock, path = found.law, found.clock, found.path
     if not clock.even:

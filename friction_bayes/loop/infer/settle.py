@@ -35,16 +35,8 @@ _MOST_FILTERS = 3
 def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     """The round in which the law of a record has converged and the force requires no other knock.
 
-    Parameters
-    ----------
-    whole : MovingRecord
-    filters : bool
-        Whether a filter that the record went through is looked for; not behind one that is known.
-
-    Returns
-    -------
-    Round or None
-        The last; None where one holds too few turning points.
+    None where one holds too few turning points. No filter is looked for behind one that is known, or without
+    ``filters``.
     """
     first = Round.first(whole)
     still = _settled(first)

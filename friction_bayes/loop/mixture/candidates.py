@@ -392,18 +392,7 @@ def candidates_of(
     rng: np.random.Generator,
     progress: Callable[[str], None] | None = None,
 ) -> Candidates:
-    """Candidates of one or several records.
-
-    Parameters
-    ----------
-    segments : tuple of Segment, length r
-    system : Oscillator
-        The declared system.
-    options : LoopOptions
-    rng : numpy.random.Generator
-        Of the draws.
-    progress : callable, optional
-        Called with the name of each record.
+    """Candidates of one or several records; ``progress`` is called with the name of each.
 
     Raises
     ------

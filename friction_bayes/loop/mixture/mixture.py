@@ -151,10 +151,7 @@ _LEAST_PROBABILITY = 1e-9
 def ranked(probability: Mapping[Names, float]) -> tuple[tuple[Names, ...], Array]:
     """The candidates that are listed, most probable first, and their probabilities.
 
-    Parameters
-    ----------
-    probability : mapping of frozenset of str to float
-        Of each candidate, or in proportion to it; the empty set is listed whatever its own.
+    Of numbers in proportion to these; the empty set is listed whatever its own.
     """
     pairs = sorted(probability.items(), key=lambda pair: -pair[1])
     share = np.array([p for _, p in pairs])
@@ -254,19 +251,12 @@ _LARGEST_ERROR = 0.1
 
 
 def prior_sensitivity(mixture: CandidateMixture, evaluated: int) -> dict[str, float | None]:
-    """Shift of friction's mean in its own standard deviations.
+    """Shift of friction's mean in its own standard deviations, of sets of so many effects ``evaluated``.
 
-    By the factor on the scale of the priors, and with half and twice the number of effects expected.
-
-    None where too few of the draws would count, or a few far ones too much: the posterior with those priors
-    lies elsewhere. Nuisances too slight to show (:mod:`friction_bayes.loop.mixture.slight_effects`) keep
-    their size.
-
-    Parameters
-    ----------
-    mixture : CandidateMixture
-    evaluated : int
-        Number of effects that its sets are of.
+    By the factor on the scale of the priors, and with half and twice the number of effects expected. None
+    where too few of the draws would count, or a few far ones too much: the posterior with those priors lies
+    elsewhere. Nuisances too slight to show (:mod:`friction_bayes.loop.mixture.slight_effects`) keep their
+    size.
     """
     # effects that are certain are in all sets, and make one factor; a draw without a set counts as of none
     effects = np.append([len(names) for names in mixture.sets], 0)[mixture.candidate]

@@ -126,21 +126,9 @@ def find_sensor_error(
 ) -> SensorError | None:
     """The correlated error of the sensor, where the innovations of a record are not white.
 
-    Parameters
-    ----------
-    regression : LawRegression
-        The record. An error that its clock has already is climbed from.
-    posterior : Posterior
-        Of its random force.
-    prior : ForcePrior
-    w0 : float
-        Frequency of the natural units [rad/s].
-
-    Returns
-    -------
-    SensorError or None
-        None where none is required: the innovations are white, and any random force is too slow to represent
-        one; one of size zero where it is less probable than none.
+    An error that the clock of the ``regression`` has already is climbed from. None where none is required:
+    the innovations are white, and any random force is too slow to represent one; one of size zero where it is
+    less probable than none.
     """
     best, law = posterior.best, posterior.best_law()
     left = regression.innovations(law, best.ratio, best.tau)[regression.clock.used]
@@ -323,32 +311,14 @@ def colour_of(residual: Array, fitted: int) -> Colour | None:
 def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:
     """The same of noise that is nowhere below its level near the motion's frequency.
 
-    Parameters
-    ----------
-    residual : ndarray, shape (n,)
-        Residual of the law at even samples, natural units.
-    phase : ndarray, shape (n,)
-        Of the samples.
-    order : int
-        Order of the derivative measured.
-    fitted : int
-        Coefficients of the law.
+    Samples are even, of this ``phase``, shape (n,), and of a derivative of this ``order``.
     """
     noise = sensor_noise(residual, phase, fitted, noise_floor(residual, phase, order, fitted), even=True)
     return Colour(noise.colour, noise.coloured_floor)
 
 
 def is_coloured(residual: Array, step: float, frequency: float) -> bool:
-    """Whether the spectrum above the motion's harmonics is not flat.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (n,)
-    step : float
-        Sampling interval [s].
-    frequency : float
-        Of the motion [rad/s].
-    """
+    """Whether the spectrum above the harmonics of a motion [rad/s] is not flat, with a ``step`` [s]."""
     n = residual.size
     limit = float(settings.SETTINGS.far * 1.4826 * np.median(np.abs(residual - np.median(residual))))
     tame = np.clip(residual - residual.mean(), -limit, limit)

@@ -72,21 +72,10 @@ class NoiseFit:
 def fit_noise(
     residual: Array, sides: Array, scales: Scales, *, outliers: bool, ignored: Mask | None = None
 ) -> NoiseFit:
-    """The best noise scale of residuals.
+    """The best noise scale of residuals, shape (n,), without the samples ``ignored``.
 
-    Parameters
-    ----------
-    residual : ndarray, shape (n,)
-        Measured minus predicted.
-    sides : ndarray, shape (n,)
-        1 and -1 where the sample is only known to lie beyond the upper and lower end of the sensor's range,
-        else 0.
-    scales : Scales
-        Of the priors of the outliers.
-    outliers : bool
-        Whether a fraction of the samples has a larger scale.
-    ignored : ndarray of bool, shape (n,), optional
-        Samples that do not count.
+    A sample is known to lie beyond the upper or lower end of the sensor's range alone where its side is 1 or
+    -1 instead of 0. With ``outliers``, whose priors are scaled, a fraction of the samples has a larger scale.
     """
     flat = sides != 0.0
     usable = ~flat if ignored is None else ~(flat | ignored)

@@ -114,14 +114,8 @@ def compare_forces(
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Comparison of a measured friction force with two models, over the samples used of the first record.
 
-    Parameters
-    ----------
-    before : CoulombFit
-        The Coulomb model alone.
-    after : ResistingForce
-        Of the final model; the samples that it has are compared.
-    measured : ndarray, shape (n,)
-        As from :func:`validate_force`; of either sign, that by which it takes energy is used.
+    Of either sign of the force, shape (recorded,), that by which it takes energy is used, at the samples that
+    the model ``after`` has.
 
     Returns
     -------
@@ -165,18 +159,10 @@ _NO_WIDTH = 1e-6
 def paper_procedure(
     model: LoopModel, z: Array, after: Distribution, effects: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Comparison of the paper's procedure with the final friction, on the first record.
+    """Comparison of the paper's procedure with the final friction ``after``, on the first record.
 
-    Parameters
-    ----------
-    model : LoopModel
-        The final model, or the nearest to it that can be simulated.
-    z : ndarray, shape (p,)
-        Its coordinates.
-    after : Distribution
-        Its friction.
-    effects : tuple of str
-        Its effects.
+    The model, at coordinates ``z``, shape (p,), is the final one with its ``effects``, or the nearest to it
+    that can be simulated.
     """
     segment = model.segments[0]
     friction = float(after.draws.mean())

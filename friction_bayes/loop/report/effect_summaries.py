@@ -55,15 +55,7 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
 def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str, Any]:
     """A line in the spectrum of one record: frequency, decay time (None where it lasts) and amplitude.
 
-    Parameters
-    ----------
-    record : int
-        Which of the records.
-    drawn : mapping of str to ndarray
-        Draws of its ``frequency``, of its ``sine`` and ``cosine`` and, of one that dies out, its
-        ``decay_time``.
-    unit : str
-        Of the signal.
+    Drawn are its ``frequency``, ``sine`` and ``cosine`` and, of one that dies out, ``decay_time``.
     """
     decay_time = drawn.get("decay_time")
     return {

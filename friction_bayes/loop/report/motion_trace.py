@@ -19,18 +19,9 @@ __all__ = ["knock_notes", "knock_times", "motion_trace"]
 def motion_trace(
     fit: ForceFit, before: CoulombFit, r: int, draws: LawDraws, *, fluctuates: bool
 ) -> RecordTrace:
-    """Record ``r`` of the Coulomb model ``before``, and its analysis.
+    """Record ``r`` of the Coulomb model ``before``, and its analysis under the most probable candidate.
 
-    Parameters
-    ----------
-    fit : ForceFit
-        The record under the most probable candidate.
-    before : CoulombFit
-    r : int
-    draws : LawDraws
-        Of the record.
-    fluctuates : bool
-        Whether that candidate has a random force.
+    Whether that candidate has a random force is said by ``fluctuates``.
     """
     segment, decay, n = fit.segment, fit.segment.decay, fit.record.samples
     coulomb = before.predictions[r]
@@ -74,15 +65,7 @@ def knock_times(fit: ForceFit) -> list[tuple[float, float]]:
 
 
 def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
-    """Sentences on each knock: its time and size.
-
-    Parameters
-    ----------
-    fit : ForceFit
-    unit_force : float
-        Of natural units, in ``unit``.
-    unit : str
-    """
+    """Sentences on each knock: its time and size, the force of natural units being ``unit_force``."""
     decay = fit.segment.decay
     for (start, end), (a, b) in zip(knock_times(fit), fit.knocks, strict=True):
         # not its level: a constant force shifts the rest position, which an accelerometer does not show

@@ -217,15 +217,8 @@ def rival_prediction(
 ) -> tuple[Prediction, Array, Array] | None:
     """Prediction of a proposed record by a rival; None where its motion is not finite.
 
-    Returns
-    -------
-    prediction : Prediction
-        Of n samples.
-    jacobian : ndarray, shape (n, q)
-        Derivatives of its signal in the rival's law and in the initial displacement and velocity, both in
-        amplitudes.
-    covariance : ndarray, shape (q, q)
-        Of these before the record.
+    With the derivatives of its signal in the rival's law and in the initial displacement and velocity, both
+    in amplitudes, shape (n, q), and the covariance of these before the record, (q, q).
     """
     model, time, release = rival.model, _times(truth, option), _release(truth, option)
     largest = release[0]
@@ -412,18 +405,10 @@ _OF_RECORDS = (
 def experiment_on_unexplained(
     depends_on: str | None, failed: Collection[str], because: Collection[str], records: int
 ) -> str:
-    """A sentence on the measurement that shows where the residual comes from.
+    """A sentence on the measurement that shows where the residual of one or several records comes from.
 
-    Parameters
-    ----------
-    depends_on : str or None
-        What the force that is left depends on.
-    failed : collection of str
-        Tests that the residual fails.
-    because : collection of str
-        What forbids to use the number.
-    records : int
-        Of how many records.
+    By the variable that the force left over depends on, the tests that failed, and what forbids to use the
+    number.
     """
     if "records" in because:
         return _OF_RECORDS

@@ -134,16 +134,10 @@ def verdict(
 
 
 def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:
-    """Return the report's ``friction_range``: lowest and highest mean of a reading, and each reading.
+    """The report's ``friction_range``: lowest and highest mean of readings, and each reading.
 
-    Parameters
-    ----------
-    readings : mapping of str to ndarray, shape (k,)
-        Draws of friction [N or N m] by each reading of the record, in words.
-    factor : float
-        From a model's friction to the reported one.
-    unit : str
-        Of the latter.
+    Readings are draws of friction [N or N m] by what they are of, in words; ``factor`` times these is
+    reported.
     """
     each = [
         {"what": what} | Summary.of_draws(factor * friction, unit).to_dict()
