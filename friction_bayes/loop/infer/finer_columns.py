@@ -25,7 +25,17 @@ from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.measured_path import Points
 
-__all__ = ["finer_lines", "finer_shapes", "line_search", "lines_in_residual", "lines_that_show"]
+__all__ = ["finer_shapes", "line_search", "lines_in_residual", "lines_kept"]
+
+
+_LINE_STEP = 0.5
+"""Longest, in the logarithm of the decay time, and of the frequency in half widths of the line."""
+_WIDEST = 0.5
+"""Standard deviation, as a normal score of the prior, above which the values of the prior are used."""
+_SHAPE_STEP = 0.8
+"""Largest step of one round, as a normal score: the distance of two values of the prior."""
+_NUDGE = 1e-3
+"""Normal scores over which a force is differenced."""
 
 
 def line_search(segment: Segment) -> LineSearch:
@@ -53,69 +63,28 @@ def lines_in_residual(
     return found
 
 
-_LINE_STEP = 0.5
-"""Longest, in the logarithm of the decay time, and of the frequency in half widths of the line."""
-_WIDEST = 0.5
-"""Standard deviation, as a normal score of the prior, above which the values of the prior are used."""
-_SHAPE_STEP = 0.8
-"""Largest step of one round, as a normal score: the distance of two values of the prior."""
-_NUDGE = 1e-3
-"""Normal scores over which a force is differenced."""
-
-
-def lines_that_show(
-    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
-) -> tuple[Line, ...]:
-    """The lines that are larger than noise alone is expected to have one.
+def lines_kept(found: LawAlongMotion, law: Array, point: GridPoint) -> tuple[Line, ...]:
+    """The lines that are larger than noise alone is expected to have one, refined.
 
     A line that dies out is also a peak in the spectrum of the whole record, as one that lasts, until the law
-    has it. Lines of an effect that the law lacks are kept.
-
-    Parameters
-    ----------
-    lines : sequence of Line
-    found : LawAlongMotion
-        The law that may have them.
-    law : ndarray, shape (p,)
-        Its coefficients.
-    point : GridPoint
-        The random force in addition to it.
+    of these coefficients, shape (p,), has it. Lines of an effect that the law lacks are kept as they are.
     """
-
-    def shows(line: Line) -> bool:
-        own = _waves(found, line)
-        if not law[own].any():
-            return True
-        waves = found.law.sensor[:, own]
-        power = 0.5 * float(law[own] @ found.regression.products(waves, point) @ law[own]) / point.noise**2
-        return len(waves) * math.exp(-power) <= 1.0
-
-    return tuple(filter(shows, lines))
+    kept = (_finer_line(line, found, law, point) for line in found.lines)
+    return tuple(line for line in kept if line is not None)
 
 
-def finer_lines(
-    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
-) -> tuple[Line, ...]:
-    """The lines, those that die out moved by a Gauss-Newton step of frequency and decay time.
-
-    Parameters
-    ----------
-    lines : sequence of Line
-    found : LawAlongMotion
-        The law that has them.
-    law : ndarray, shape (p,)
-        Its coefficients.
-    point : GridPoint
-        The random force in addition to it.
-    """
-    return tuple(_finer_line(line, found, law, point) for line in lines)
-
-
-def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint) -> Line:
-    regression, own = found.regression, _waves(found, line)
-    if line.steady or not law[own].any():
+def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint) -> Line | None:
+    """The line, moved by a Gauss-Newton step if it dies out; None where it does not show."""
+    regression, own = found.regression, [j for j, c in enumerate(found.law.columns) if c.line == line]
+    if not law[own].any():
         return line
-    sine, cosine = found.law.sensor[:, own].T
+    waves = found.law.sensor[:, own]
+    power = 0.5 * float(law[own] @ regression.products(waves, point) @ law[own]) / point.noise**2
+    if len(waves) * math.exp(-power) > 1.0:
+        return None
+    if line.steady:
+        return line
+    sine, cosine = waves.T
     a, b = law[own]
     decayed = (regression.clock.phase - regression.clock.phase[0]) / (found.w0 * line.decay_time)
     # in half widths of the line, and by the logarithm of the decay time
@@ -128,11 +97,6 @@ def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint)
         decay_time=line.decay_time * math.exp(longer),
         scatter=point.noise * math.sqrt(covariance[3, 3]),
     )
-
-
-def _waves(found: LawAlongMotion, line: Line) -> list[int]:
-    """Columns of a line."""
-    return [j for j, column in enumerate(found.law.columns) if column.line == line]
 
 
 def finer_shapes(

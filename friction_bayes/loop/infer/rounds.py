@@ -25,10 +25,9 @@ from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
 from friction_bayes.loop.infer.finer_columns import (
-    finer_lines,
     finer_shapes,
     lines_in_residual,
-    lines_that_show,
+    lines_kept,
 )
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
@@ -182,8 +181,7 @@ class Round:
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
         more = lines_in_residual(white, smoothed.states[:, 2], segment, found.lines, whole.effects)
-        showing = lines_that_show(found.lines, found, law, best)
-        lines = (*finer_lines(showing, found, law, best), *more)
+        kept = lines_kept(found, law, best)
         error = self._next_error
         if error is not None:
             whole = replace(whole, error=error)
@@ -196,10 +194,10 @@ class Round:
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
         about = found.law.before(law, motion.states[:, 2])
-        whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, lines, about)
+        whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, (*kept, *more), about)
         if along is None or not along.determined:
             return None
-        other_lines = bool(more) or len(showing) < len(found.lines)
+        other_lines = bool(more) or len(kept) < len(found.lines)
         return replace(
             self,
             whole=whole,
