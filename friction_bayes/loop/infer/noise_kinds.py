@@ -24,16 +24,15 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
-from friction_bayes.loop.noise.correlated_noise import Colour
+from friction_bayes.loop.noise.correlated_noise import BestSet, Colour
 from friction_bayes.loop.noise.likelihood import NoiseFit
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect, Prior
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
-from friction_bayes.statespace.kalman import Clock, whiten
+from friction_bayes.statespace.kalman import Clock
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.subset_evidence import evaluate_sets
 
 __all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "find_noise_growth", "log_convention"]
 
@@ -222,11 +221,7 @@ def find_noise_growth(
     The ``regression`` has noise of one size; the sensor shows the derivative ``order``, ``w0`` [rad/s] is the
     frequency of the natural units, and the log-normal ``prior`` that of the size in one value.
     """
-    clock, best = regression.clock, posterior.best
-    chosen = regression.sets[best.chosen]
-    reference = regression.reference[chosen]
-    scaled = (regression.columns * regression.scale)[:, chosen]
-    block = np.column_stack([scaled, regression.target - scaled @ reference])
+    clock, force, best = regression.clock, posterior.best, BestSet(regression, posterior)
     # errors at a jump of the acceleration are not errors of time
     rate = (path.v, np.gradient(path.v, path.phase), -path.slope * path.v)[order]
     signal = path.reading(order, path.x, path.v)
@@ -237,15 +232,8 @@ def find_noise_growth(
         return replace(clock, variance=clock.variance * (1.0 + (ratio * growth) ** 2))
 
     def log_weight(clock: Clock, spread: float) -> tuple[float, float]:
-        found = evaluate_sets(
-            whiten(block, clock, regression.row, best.ratio * spread, best.tau),
-            reference,
-            regression.positive[chosen],
-            np.ones((1, reference.size), dtype=np.bool_),
-            np.zeros(1),
-            least_noise2=regression.least_noise**2,
-        )
-        return float(found.log_weight[0]), math.sqrt(found.noise2[0])
+        value, noise2 = best.under(clock, force.ratio * spread, force.tau)
+        return value, math.sqrt(noise2)
 
     def density(log_ratio: float) -> float:
         """Log posterior density of the logarithm of the size; the other noise is reduced accordingly."""

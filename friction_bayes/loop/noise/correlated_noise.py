@@ -46,6 +46,7 @@ from friction_bayes.statespace.subset_evidence import evaluate_sets
 
 __all__ = [
     "NO_ERROR",
+    "BestSet",
     "Colour",
     "SensorError",
     "colour_near_motion",
@@ -174,6 +175,29 @@ def _forces(posterior: Posterior) -> list[list[Place | None]]:
     return [[None], alike]
 
 
+class BestSet:
+    """The best set of columns of a regression, to be evaluated under other noise and forces."""
+
+    def __init__(self, regression: LawRegression, posterior: Posterior) -> None:
+        self.regression = regression
+        chosen = posterior.problem.sets[posterior.best.chosen]
+        self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
+        scaled = (regression.columns * regression.scale)[:, chosen]
+        self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])
+
+    def under(self, clock: Clock, ratio: float, tau: float) -> tuple[float, float]:
+        """Its log evidence, and the variance of the noise."""
+        found = evaluate_sets(
+            whiten(self.block, clock, self.regression.row, ratio, tau),
+            self.reference,
+            self.positive,
+            np.ones((1, self.reference.size), dtype=np.bool_),
+            np.zeros(1),
+            least_noise2=self.regression.least_noise**2,
+        )
+        return float(found.log_weight[0]), float(found.noise2[0])
+
+
 class _Density:
     """Log posterior density of a correlated error and a random force, of each or of neither.
 
@@ -183,11 +207,7 @@ class _Density:
     def __init__(
         self, regression: LawRegression, posterior: Posterior, prior: ForcePrior, bounds: Place
     ) -> None:
-        self.regression, self.prior, self.bounds = regression, prior, bounds
-        chosen = posterior.problem.sets[posterior.best.chosen]
-        self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
-        scaled = (regression.columns * regression.scale)[:, chosen]
-        self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])
+        self.best, self.prior, self.bounds = BestSet(regression, posterior), prior, bounds
 
     def __call__(self, force: Place | None, error: Place | None) -> float:
         if error is not None and not self.bounds[0] <= error[1] <= self.bounds[1]:
@@ -196,22 +216,13 @@ class _Density:
         of_sensor = (
             CorrelatedError() if error is None else CorrelatedError(*(math.exp(each) for each in error))
         )
-        found = evaluate_sets(
-            whiten(
-                self.block, replace(self.regression.clock, error=of_sensor), self.regression.row, ratio, tau
-            ),
-            self.reference,
-            self.positive,
-            np.ones((1, self.reference.size), dtype=np.bool_),
-            np.zeros(1),
-            least_noise2=self.regression.least_noise**2,
-        )
-        value = float(found.log_weight[0])
+        clock = replace(self.best.regression.clock, error=of_sensor)
+        value, noise2 = self.best.under(clock, ratio, tau)
         if error is not None:
             value += self.log_prior(error)
         if force is None:
             return value + math.log(self.prior.none)
-        return max(value + float(self.prior.log_density(ratio * math.sqrt(found.noise2[0]), tau)), -_FAR)
+        return max(value + float(self.prior.log_density(ratio * math.sqrt(noise2), tau)), -_FAR)
 
     def log_prior(self, error: Place) -> float:
         """Log prior density of an error."""
