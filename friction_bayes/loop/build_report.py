@@ -19,19 +19,9 @@ from friction_bayes.core.summary import Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.forecast import (
-    Forecast,
-    forecast_records,
-    held_out_error,
-    with_forecasts,
-)
+from friction_bayes.loop.checks.forecast import Forecast, forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
-from friction_bayes.loop.data.friction import (
-    Distribution,
-    dry_friction,
-    friction_of_loss,
-    reported_friction,
-)
+from friction_bayes.loop.data.friction import Distribution, dry_friction, friction_of_loss, reported_friction
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.infer.law_draws import DRAWS

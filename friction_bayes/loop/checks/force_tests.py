@@ -23,17 +23,7 @@ from friction_bayes.loop.infer.knocks import jump_tails
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.measured_path import MeasuredPath
 
-__all__ = [
-    "AddedForces",
-    "Dependence",
-    "ForceShape",
-    "LeftOver",
-    "ScoreTest",
-    "added_forces",
-    "best_shape",
-    "stops",
-    "what_is_left",
-]
+__all__ = ["LeftOver", "best_shape", "stops", "what_is_left"]
 
 
 class ScoreTest(NamedTuple):

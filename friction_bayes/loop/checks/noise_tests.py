@@ -20,13 +20,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.loop.noise.likelihood import LEAST_NOISE
 
-__all__ = [
-    "Channel",
-    "ResidualTests",
-    "noise_tests",
-    "tests_before",
-    "worst_of",
-]
+__all__ = ["Channel", "ResidualTests", "noise_tests", "tests_before", "worst_of"]
 
 
 _FEWEST_FOR_A_LINE = 4

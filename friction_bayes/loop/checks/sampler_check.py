@@ -18,7 +18,7 @@ from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.statespace.sampling.law_target import law_target
 from friction_bayes.validation.agreement import compare
 
-__all__ = ["check_friction", "check_law", "target_of_set"]
+__all__ = ["check_law", "target_of_set"]
 
 _ENSEMBLES = 4
 _ESS = 400.0

@@ -35,14 +35,7 @@ from friction_bayes.mechanics.effects import (
 )
 from friction_bayes.mechanics.integrate import propagator
 
-__all__ = [
-    "LoopModel",
-    "Prediction",
-    "RecordParameters",
-    "difference_steps",
-    "prediction_derivatives",
-    "sensor_output",
-]
+__all__ = ["LoopModel", "Prediction", "difference_steps", "prediction_derivatives"]
 
 _RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""

@@ -19,16 +19,7 @@ from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = [
-    "DRAWS",
-    "LEAST_PROBABILITY",
-    "DrawnLaws",
-    "LawDraws",
-    "draw_laws",
-    "laws_drawn",
-    "shared_out",
-    "unit_force",
-]
+__all__ = ["DRAWS", "LEAST_PROBABILITY", "DrawnLaws", "LawDraws", "draw_laws", "shared_out", "unit_force"]
 
 DRAWS = 4000
 LEAST_PROBABILITY = 1e-4

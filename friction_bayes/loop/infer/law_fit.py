@@ -30,12 +30,7 @@ from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.finer_columns import finer_shapes
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
-from friction_bayes.loop.infer.record_fit import (
-    ForceFit,
-    fit_random_force,
-    force_fit,
-    too_few_turning_points,
-)
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, too_few_turning_points
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.problem import Member, Problem, Spread

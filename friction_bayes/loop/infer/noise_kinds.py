@@ -34,7 +34,7 @@ from friction_bayes.statespace.kalman import Clock
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
 
-__all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "find_noise_growth", "log_convention"]
+__all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
 
 @dataclass(frozen=True, eq=False)

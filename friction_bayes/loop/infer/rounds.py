@@ -24,11 +24,7 @@ from friction_bayes.loop.columns.law_columns import LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
-from friction_bayes.loop.infer.finer_columns import (
-    finer_shapes,
-    lines_in_residual,
-    lines_kept,
-)
+from friction_bayes.loop.infer.finer_columns import finer_shapes, lines_in_residual, lines_kept
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
@@ -47,7 +43,7 @@ from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import SmoothedMotion
 
-__all__ = ["Round", "filter_of"]
+__all__ = ["Round"]
 
 _AUDIBLE = 1.01
 """Noise over the least possible above which it is noise, not rounding."""

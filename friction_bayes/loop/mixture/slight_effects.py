@@ -46,8 +46,6 @@ __all__ = [
     "SlightEffect",
     "SlightForce",
     "friction_with_slight_effects",
-    "slight_effects_lacking",
-    "slight_effects_of",
     "slight_force",
     "with_slight_effects",
 ]

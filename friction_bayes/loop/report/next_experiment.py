@@ -38,7 +38,6 @@ from friction_bayes.statespace.regression import frequency_change
 
 __all__ = [
     "Contender",
-    "Proposal",
     "drawn_contender",
     "expected_log_bayes_factor",
     "experiment_on_unexplained",
