@@ -95,7 +95,7 @@ def judge(candidates: Candidates, rng: np.random.Generator) -> Judgement:
         held_out=held_out,
         least_noise=candidates.least_noise,
         friction=after.to_dict()["interval90"],
-        witnesses=candidates.witnesses(),
+        witnesses=candidates.witnesses,
         contradicted=candidates.contradicted,
     )
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
@@ -186,7 +186,7 @@ def build_report(
         paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
         frequency=_frequency(mixture, model),
         random_force=_random_force(mixture, candidates.factor, candidates.unit),
-        witnesses=candidates.witnesses(),
+        witnesses=candidates.witnesses,
         left=candidates.left(),
         fitted=fitted,
         next_experiment=_next_experiment(judged, candidates),

@@ -19,7 +19,7 @@ from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
 from friction_bayes.loop.checks.forecast import Forecast, forecast
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
-from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.checks.witnesses import two_witnesses
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
@@ -133,18 +133,14 @@ class Candidates:
         return check_law(self.fit, mine, self.factor, self.unit, seed, forced=self._fluctuates)
 
     @cached_property
-    def _witnesses(self) -> Witnesses | None:
-        """In the best law of one record, friction in the unit of the report; None without a random force."""
+    def witnesses(self) -> dict[str, Any] | None:
+        """Friction by the loss of amplitude and by the shape within a cycle; None where not compared.
+
+        Of several records they are not, nor without a random force.
+        """
         if not (self.fit.one and self._fluctuates):
             return None
         return two_witnesses(self.best[0], self.factor * self.fit.law.unit_force, self.unit)
-
-    def witnesses(self) -> dict[str, Any] | None:
-        """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
-        found = self._witnesses
-        if found is None:
-            return None
-        return {"loss": found.loss.to_dict(), "shape": found.shape.to_dict(), "agree": found.agree}
 
     def between_records(self) -> dict[str, Any] | None:
         """Friction of each of several records and its spread between them."""
@@ -288,10 +284,11 @@ class Candidates:
         cycle is biased by errors of the sensor that follow the direction, and by a law that is not quite the
         contact's.
         """
-        shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self._witnesses
-        if found is None or found.agree:
+        shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self.witnesses
+        if found is None or found["agree"]:
             return shift
-        return max(shift, abs(found.loss.mean / self.factor - float(self._friction[self._of_best].mean())))
+        by_law = float(self._friction[self._of_best].mean())
+        return max(shift, abs(found["loss"]["mean"] / self.factor - by_law))
 
     def left(self) -> dict[str, Any]:
         """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
