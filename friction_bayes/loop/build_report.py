@@ -46,22 +46,10 @@ __all__ = ["Judgement", "build_report", "judge"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judgement:
-    """The verdict and its reasons.
+    """The verdict, the numbers that led to it, and the mixture of all candidates.
 
-    Attributes
-    ----------
-    word : str
-        The verdict.
-    against : tuple of str
-        What forbids to use the number: see :func:`friction_bayes.loop.report.verdict.reasons_against`.
-    mixture : CandidateMixture
-        All candidates.
-    friction, friction_before : Distribution
-        As they are reported, of all candidates and of Coulomb friction alone.
-    friction_range, dry, held_out, friction_agreed
-        Fields of the report.
-    forecasts : tuple
-        Of Coulomb friction alone and of all laws, one a record.
+    Reasons ``against`` the number are as from :func:`friction_bayes.loop.report.verdict.reasons_against`,
+    frictions as they are reported, and forecasts of Coulomb friction alone and of all laws, one a record.
     """
 
     word: str

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -201,13 +201,7 @@ def force_fit(
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
-        record=found.record,
-        w0=found.w0,
-        path=found.path,
-        law=found.law,
-        sets=found.sets,
-        regression=found.regression,
-        prior=found.prior,
+        **{each.name: getattr(found, each.name) for each in fields(LawAlongMotion)},
         posterior=posterior,
         coefficients=coefficients,
         motion=found.regression.smoothed(coefficients, posterior.best),

@@ -70,18 +70,11 @@ def outlier_parameters(samples: int, noise: NoiseFit, units: dict[str, str]) -> 
     """Fraction and scale of outliers, found of so many samples."""
     n = max(samples, 1)
     count = max(noise.fraction * n, 1.0)
-    return {
-        "fraction": {
-            "mean": noise.fraction,
-            "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
-            "unit": units["fraction"],
-        },
-        "scale": {
-            "mean": noise.scale,
-            "sd": noise.scale / math.sqrt(2.0 * count),
-            "unit": units["scale"],
-        },
+    sds = {
+        "fraction": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
+        "scale": noise.scale / math.sqrt(2.0 * count),
     }
+    return {name: {"mean": getattr(noise, name), "sd": sd, "unit": units[name]} for name, sd in sds.items()}
 
 
 def clipping_parameters(segment: Segment, units: dict[str, str]) -> dict[str, dict[str, Any]]:

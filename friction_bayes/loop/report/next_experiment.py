@@ -253,14 +253,8 @@ def expected_log_bayes_factor(difference: Array, jacobian: Array, covariance: Ar
     by Woodbury's identity. It is the expectation under the first model where both are uncertain by the same
     :math:`J C J^T`, as two models of one past record are.
 
-    Parameters
-    ----------
-    difference : ndarray, shape (n,)
-        Prediction of the first model minus that of the second, :math:`D`.
-    jacobian : ndarray, shape (n, q)
-        Derivatives of the second in its parameters, :math:`J`.
-    covariance : ndarray, shape (q, q)
-        Of these parameters before the record, :math:`C`.
+    The :math:`D` of n samples is the prediction of the first model minus that of the second, :math:`J` its
+    derivatives in its q parameters and :math:`C` the covariance of these before the record.
     """
     shared = jacobian.T @ difference
     inner = np.eye(len(covariance)) + jacobian.T @ jacobian @ covariance
@@ -285,18 +279,7 @@ def log_bayes_factor_of_scatter(
 
     averaged over simulated :math:`y \sim N(0, V_1)`, always the same ones.
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (n, q)
-        Derivatives in the parameters of the law, :math:`J`.
-    covariance : ndarray, shape (q, q)
-        Of these parameters before the record, :math:`C`.
-    clock : Clock
-        Of the record.
-    row : ndarray, shape (3,)
-        Of the sensor.
-    truth, rival : tuple of float
-        Sd of the random force over the noise, and correlation time as a phase.
+    A force is its sd over the noise and correlation time as a phase; ``row``, shape (3,), is of the sensor.
     """
     if truth == rival:
         return 0.0

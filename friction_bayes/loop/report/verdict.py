@@ -57,24 +57,10 @@ def reasons_against(
 ) -> tuple[str, ...]:
     """Names of the reasons against the number, whatever the effects found; what is not known is none.
 
-    Parameters
-    ----------
-    is_noise : bool
-        Whether the residual of the most probable candidate is noise at the motion's frequency, or too small
-        to matter.
-    shift, loss : float
-        How far friction could shift for the residual, and the friction that alone would explain the loss of
-        amplitude.
-    held_out : mapping
-        The report's ``held_out_error``.
-    least_noise : float
-        Forecast error below which none is the better, in the unit of the signal.
-    friction : tuple of float
-        The 90 % interval of friction, over all candidates.
-    witnesses : mapping or None
-        The report's ``witnesses``.
-    contradicted : bool
-        Whether the records contradict each other.
+    The residual of the most probable candidate ``is_noise`` at the motion's frequency, or too small to
+    matter; friction could ``shift`` for it, the ``loss`` of amplitude alone would explain another; below
+    ``least_noise``, unit of the signal, no forecast is the better; ``friction`` is the 90 % interval over all
+    candidates; ``held_out`` and ``witnesses`` are fields of the report.
     """
     as_bad, before = 1.0 + settings.SETTINGS.worse_forecast, max(held_out["before"], least_noise)
     reasons = {
@@ -110,17 +96,8 @@ def verdict(
     where friction itself is so uncertain that all agree. Effects explain a record where they have 95 % by
     themselves. No law explains a record that it forecasts worse than Coulomb friction alone.
 
-    Parameters
-    ----------
-    sets : sequence of frozenset of str
-        Candidates, most probable first.
-    probabilities : ndarray, shape (candidates,)
-    agrees : ndarray of bool, shape (candidates,)
-        Which of them agree with the friction averaged over all.
-    against : sequence of str
-        From :func:`reasons_against`.
-    rubs : float
-        Probability that dry friction matters.
+    Candidates come most probable first, ``agrees`` says which agree with the friction averaged over all, and
+    ``rubs`` is the probability that dry friction matters.
     """
     if set(against) - {FORECAST}:
         return UNEXPLAINED
