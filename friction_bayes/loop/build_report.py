@@ -144,7 +144,7 @@ def build_report(
     fitted = _fitted(candidates, float(mixture.frequency.mean()))
     reference, sampled = _reference_check(judged, candidates, options)
     if reference_force is not None:
-        residual["force"], forces = compare_forces(before, candidates.resisting_force(), reference_force)
+        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
         traces = (replace(traces[0], forces=forces), *traces[1:])
     return LoopReport(
         verdict=judged.word,

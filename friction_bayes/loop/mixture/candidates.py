@@ -31,7 +31,6 @@ from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
-from friction_bayes.loop.report.comparisons import ResistingForce
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
     line_summary,
@@ -369,14 +368,12 @@ class Candidates:
             return self.before.model, self.before.z
         return law.model, law.z
 
-    def resisting_force(self) -> ResistingForce:
+    def resisting_force(self) -> tuple[Array, Array | None, Array]:
+        """Force of the law, contribution of a random force or None, and direction of motion, shape (n,)."""
         fit, law = self.best[0], self.best[0].law
-        resisting = law.resisting
-        return ResistingForce(
-            law=-law.unit_force * (law.forces[:, resisting] @ fit.coefficients[resisting]),
-            fluctuation=-law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None,
-            direction=np.sign(fit.path.v),
-        )
+        of_law = law.forces[:, law.resisting] @ fit.coefficients[law.resisting]
+        fluctuation = -law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None
+        return -law.unit_force * of_law, fluctuation, np.sign(fit.path.v)
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self._candidate == self.sets.index(names))

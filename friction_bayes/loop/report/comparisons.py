@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,40 +26,14 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.records.record import make_record
 
 __all__ = [
-    "ResistingForce",
     "compare_forces",
     "compare_frictions",
     "paper_procedure",
-    "resisting_force",
     "validate_force",
 ]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ResistingForce:
-    """Force that resists the motion of a record under a model, at the samples that it was fitted to.
-
-    Attributes
-    ----------
-    law : ndarray, shape (n,)
-        By the law alone [N or N m].
-    fluctuation : ndarray, shape (n,), or None
-        Contribution of the random force; None without one.
-    direction : ndarray, shape (n,)
-        Sign of the velocity, zero at rest.
-    """
-
-    law: Array
-    fluctuation: Array | None = None
-    direction: Array
-
-    @property
-    def total(self) -> Array:
-        """Law and random force, shape (n,)."""
-        return self.law if self.fluctuation is None else self.law + self.fluctuation
-
-
-def resisting_force(fit: CoulombFit) -> Array:
+def _resisting_force(fit: CoulombFit) -> Array:
     """Force that resists the motion of the first record, shape (n,) [N or N m].
 
     Everything that is not inertia or spring, ``-(m x'' + R(x))``, in the direction of the velocity while it
@@ -110,12 +83,12 @@ def compare_frictions(
 
 
 def compare_forces(
-    before: CoulombFit, after: ResistingForce, measured: Array
+    before: CoulombFit, measured: Array, law: Array, fluctuation: Array | None, direction: Array
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Comparison of a measured friction force with two models, over the samples used of the first record.
 
-    Of either sign of the force, shape (recorded,), that by which it takes energy is used, at the samples that
-    the model ``after`` has.
+    Of either sign of the force, shape (recorded,), that by which it takes energy is used. The final model has
+    the force of its ``law``, a ``fluctuation`` or none, and a ``direction``, zero at rest, shape (n,) each.
 
     Returns
     -------
@@ -126,19 +99,19 @@ def compare_forces(
     forces : tuple of ndarray
         Measured, before and after, at these samples.
     """
-    segment, n, direction = before.model.segments[0], after.law.size, after.direction
-    used = segment.of_record(measured)[:n]
+    used = before.model.segments[0].of_record(measured)[: law.size]
+    total = law if fluctuation is None else law + fluctuation
     moving = direction != 0.0
     if float(used @ direction) < 0.0:
         used = -used
-    forces = (used, resisting_force(before)[:n], after.total)
+    forces = (used, _resisting_force(before)[: law.size], total)
     differences = {
         "before": float(np.sqrt(np.mean((used - forces[1]) ** 2))),
         "after": float(np.sqrt(np.mean((used - forces[2]) ** 2))),
         "level": float(np.mean((used * direction)[moving])) if moving.any() else math.nan,
         "unit": before.model.system.friction_unit,
-        "explained_by_law": _explained(used, after.law),
-        "explained_with_fluctuation": None if after.fluctuation is None else _explained(used, after.total),
+        "explained_by_law": _explained(used, law),
+        "explained_with_fluctuation": None if fluctuation is None else _explained(used, total),
     }
     return differences, forces
 

@@ -163,8 +163,8 @@ def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> N
     predicted = model.predict_at(z, 0, segment.time)
     assert predicted is not None
     assert np.std(segment.values - predicted.signal) < 0.3 * segment.values.std()
-    force = candidates.resisting_force()
-    assert force.law.shape == force.direction.shape == (candidates.fitted[0],)
+    law, _, direction = candidates.resisting_force()
+    assert law.shape == direction.shape == (candidates.fitted[0],)
     between = candidates.between_records()
     assert (between is not None) == (records(candidates) > 1)
 
