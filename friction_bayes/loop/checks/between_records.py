@@ -36,17 +36,9 @@ _PRIOR = 1e-4
 
 
 class Comparison(NamedTuple):
-    """An effect in several records.
+    """An effect in r records: chi-square of its sizes about the common one, and its degrees of freedom.
 
-    Attributes
-    ----------
-    effect : str
-    chi_square : float
-        Of its sizes about the common one.
-    freedom : int
-        Degrees of freedom of that.
-    share, share_sd : ndarray, shape (r, k)
-        Each record's coefficients over the common ones.
+    Shares are each record's coefficients over the common ones, shape (r, k).
     """
 
     effect: str

@@ -27,16 +27,9 @@ __all__ = ["LeftOver", "best_shape", "stops", "what_is_left"]
 
 
 class ScoreTest(NamedTuple):
-    """Test of several forces at once, and their coefficients by least squares.
+    """Chi-square test of f forces at once, and their coefficients by least squares, with the covariance.
 
-    Attributes
-    ----------
-    statistic : float
-        Chi-square.
-    degrees : int
-        Combinations of the forces that can be distinguished from the law.
-    coefficients : ndarray, shape (f,)
-    covariance : ndarray, shape (f, f)
+    Degrees of freedom are the combinations of the forces that can be distinguished from the law.
     """
 
     statistic: float
@@ -46,16 +39,10 @@ class ScoreTest(NamedTuple):
 
 
 class AddedForces(NamedTuple):
-    """Whitened products of forces and the residual, in standard deviations of the noise.
+    """Whitened products of f forces and the residual, in standard deviations of the noise.
 
-    Attributes
-    ----------
-    norm : ndarray, shape (f,)
-        Length of each force before anything is taken from it.
-    gram : ndarray, shape (f, f)
-        Of the residuals of the forces after the law.
-    score : ndarray, shape (f,)
-        Of that with the residual.
+    Lengths of the forces before anything is taken from them, (f,), and products of their residuals after the
+    law with each other, (f, f), and with the residual, (f,).
     """
 
     norm: Array
@@ -111,20 +98,11 @@ _JUMPS = "force_jumps"
 
 @dataclass(frozen=True)
 class Dependence:
-    """Dependence of the residual force on a variable.
+    """Dependence of the residual force on velocity, position, amplitude or time.
 
-    Attributes
-    ----------
-    on : str
-        ``velocity``, ``position``, ``amplitude`` or ``time``.
-    channel : Channel
-        Its test.
-    force : float
-        Root mean square of that part of the force, its own uncertainty taken off, natural units.
-    friction : float
-        Friction that would take as much energy out of the motion as that part does, natural units.
-    signal : float
-        The same root mean square of what it adds to the innovations, in the unit of the signal.
+    That part of the force is given by its root mean square, its own uncertainty taken off, and by the
+    friction that would take as much energy out of the motion, both in natural units; and by what it adds to
+    the innovations, root mean square in the unit of the signal.
     """
 
     on: str
@@ -138,14 +116,8 @@ class Dependence:
 class LeftOver(ResidualTests):
     """Tests of the innovations and of the force; ``rms`` is that of the innovations.
 
-    Attributes
-    ----------
-    dependences : tuple of Dependence
-    near_motion : float
-        Lower limit of the innovations' standard deviation near the frequency of the motion, over the model's,
-        with the probability of credible candidates.
-    shape : ForceShape or None
-        That describes the worst dependence best; None without one.
+    Near the motion's frequency their standard deviation over the model's is known by a lower limit, with the
+    probability of credible candidates. The shape describes the worst dependence best.
     """
 
     dependences: tuple[Dependence, ...]
@@ -285,14 +257,9 @@ _STOPS = np.linspace(0.1, 0.8, 8)
 
 
 class ForceShape(NamedTuple):
-    """A simple form of a force.
+    """A simple form of a force, in words with an article, and the share that it takes, 0 to 1.
 
-    Attributes
-    ----------
-    name : str
-        In words, with an article.
-    share : float
-        Of what depends on the motion, in chi-square beyond its expectation, that the form takes; 0 to 1.
+    Of what depends on the motion, in chi-square beyond its expectation.
     """
 
     name: str

@@ -29,17 +29,7 @@ _FEWEST_FOR_A_LINE = 4
 
 @dataclass(frozen=True)
 class Channel:
-    """One test.
-
-    Attributes
-    ----------
-    name : str
-    statistic : float
-    degrees : int
-        Degrees of freedom, or samples of a count.
-    p_value : float
-        Before correction.
-    """
+    """One test: its degrees of freedom, or samples of a count, and its p-value before correction."""
 
     name: str
     statistic: float
@@ -49,14 +39,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class ResidualTests:
-    """All tests of a fit.
-
-    Attributes
-    ----------
-    channels : tuple of Channel
-    rms : float
-        Of the residual where the sensor is within its range, unit of the signal.
-    """
+    """All tests of a fit, and the rms of its residual within the range of the sensor, unit of the signal."""
 
     channels: tuple[Channel, ...]
     rms: float

@@ -180,14 +180,9 @@ class ForceEvaluator:
 
 
 class ForceColumn(NamedTuple):
-    """A column of the law and the force behind it.
+    """A column of the law and the force of its unit coefficient at points, shape (m,), natural units.
 
-    Attributes
-    ----------
-    column : LawColumn
-    shaped : callable
-        Force of the unit coefficient at points, shape (m,), natural units, where what shapes it is at a
-        normal score of its prior.
+    What shapes the force is at a normal score of its prior.
     """
 
     column: LawColumn
@@ -347,14 +342,7 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
 
 
 class SensorColumn(NamedTuple):
-    """A column of a sensor effect, and the error that it makes in a signal.
-
-    Attributes
-    ----------
-    column : LawColumn
-    wrong : callable
-        Error of each reading of :class:`Sampled` under the unit coefficient, shape (n block,), natural units.
-    """
+    """A column of a sensor effect, and the error of each reading under its unit coefficient, (n block,)."""
 
     column: LawColumn
     wrong: Callable[[Sampled], Array]

@@ -46,16 +46,9 @@ __all__ = ["SENSOR_ZERO", "LawBefore", "LawColumns", "law_columns"]
 
 @dataclass(frozen=True, eq=False)
 class LawBefore:
-    """A law about which others are linear.
+    """A law about which others are linear: its forces and sensor effects, with their coefficients.
 
-    Attributes
-    ----------
-    forces : tuple of (float, ForceColumn)
-        Those that act, and their coefficients.
-    of_sensor : tuple of (float, SensorColumn)
-        The sensor effects, and their coefficients.
-    fluctuation : ndarray, shape (n,)
-        The random force at the samples; it does not depend on the motion.
+    The random force at the samples, shape (n,), does not depend on the motion.
     """
 
     forces: tuple[tuple[float, ForceColumn], ...]

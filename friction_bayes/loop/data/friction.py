@@ -28,13 +28,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Distribution:
-    """Draws of a number with a unit.
-
-    Attributes
-    ----------
-    draws : ndarray, shape (m,)
-    unit : str
-    """
+    """Draws of a number with a unit, shape (m,)."""
 
     draws: Array
     unit: str

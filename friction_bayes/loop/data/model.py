@@ -43,20 +43,10 @@ _RTOL = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """A predicted signal.
+    """A predicted signal of n samples, ``clean`` of an ideal sensor, with effects that act before the noise.
 
-    Attributes
-    ----------
-    clean : ndarray, shape (n,)
-        Reading of an ideal sensor.
-    signal : ndarray, shape (n,)
-        With the sensor effects that act before the noise.
-    displacement, velocity : ndarray, shape (n,)
-        The motion.
-    turning_times, turning_points : ndarray
-        Where the velocity is zero, and the displacement there.
-    stop_time : float
-        When the final rest begins; infinite where it still moves.
+    With the motion, where its velocity is zero, and when the final rest begins; infinite where it still
+    moves.
     """
 
     clean: Array
@@ -71,16 +61,8 @@ class Prediction:
 class RecordParameters(NamedTuple):
     """Values of the parameters that act on one record.
 
-    Attributes
-    ----------
-    friction : float
-        Friction force of the declared system [N or N m].
-    frequency_ratio : float
-        Fitted over declared natural frequency.
-    displacement, velocity : float
-        State at the start of the record.
-    effects : dict
-        Effect name to values in the order of its parameters.
+    Friction force of the declared system [N or N m], fitted over declared natural frequency, state at the
+    start, and values of each effect in the order of its parameters.
     """
 
     friction: float

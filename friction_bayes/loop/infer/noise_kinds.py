@@ -39,18 +39,11 @@ __all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "log_convention
 
 @dataclass(frozen=True, eq=False)
 class NoiseKinds:
-    """The kinds of noise that were evaluated, and the one that the posterior takes.
+    """The kinds of noise that were evaluated, by their effects, and the one that the posterior takes.
 
-    Attributes
-    ----------
-    log_odds : mapping of frozenset of str to float
-        Of each kind by its effects against white noise alone, which comes first; prior odds included.
-    effects : frozenset of str
-        Of the most probable.
-    growth : NoiseGrowth or None
-        Of the noise with the motion, the most probable; None where none may act.
-    outliers : NoiseFit or None
-        Noise with outliers about what all other samples predict; None where not evaluated.
+    Log odds, priors included, are against white noise alone, which comes first. The growth is the most
+    probable, None where none may act; outliers are about what all other samples predict, None where not
+    evaluated.
     """
 
     log_odds: Mapping[frozenset[str], float]

@@ -45,19 +45,10 @@ _LEAST = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Probability of each set of columns at each point of the grid.
+    """Probability of each set of columns at each point of the grid, under each kind of noise, (j, g, m).
 
-    Attributes
-    ----------
-    weight : ndarray, shape (j, g, m)
-        Probability of points and sets under each kind of noise; zero where that is no candidate. The sum need
-        not be one.
-    forced : ndarray of bool, shape (g,)
-        Points with a random force.
-    effects : sequence of frozenset of str, length m
-        Effects of each set of columns.
-    noises : sequence of frozenset of str, length j
-        Effects of each kind of noise.
+    Zero where that is no candidate; the sum need not be one. Points are ``forced`` with a random force; sets
+    and kinds of noise are known by their effects.
     """
 
     weight: Array

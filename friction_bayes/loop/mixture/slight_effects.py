@@ -166,14 +166,9 @@ def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
 
 @dataclass(frozen=True)
 class SlightForce:
-    """A random force as a nuisance in addition to a candidate without one.
+    """A random force as a nuisance in addition to a candidate without one, and the probability that it acts.
 
-    Attributes
-    ----------
-    probability : float
-        That it acts.
-    shift, sd : float
-        Change of the mean of friction where it acts, and an independent error [N or N m].
+    It changes the mean of friction and adds an independent error [N or N m].
     """
 
     probability: float

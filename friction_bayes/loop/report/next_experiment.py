@@ -100,19 +100,9 @@ class Contender:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A further record.
+    """A further record: release and length over the present one's, and the derivative that is measured.
 
-    Attributes
-    ----------
-    what : str
-    amplitude : float
-        Release, in the present record's largest displacement.
-    duration : float
-        Length, in the present record's.
-    order : int
-        What is measured.
-    log_bayes_factor : float
-        Expected of the most probable candidate against the rival.
+    The expected log Bayes factor is of the most probable candidate against the rival.
     """
 
     what: str
