@@ -262,12 +262,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     ratio = fit.w0 / fit.record.system.natural_frequency * frequency_change(draws.stiffness[k])
     ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
-    z = np.array(
-        [
-            c.coordinate(values[c.effect, c.name]) if (c.effect, c.name) in values else c.start
-            for c in model.coordinates
-        ]
-    )
+    (z,) = model.coordinates_of({key: [value] for key, value in values.items()}, 1)
     prediction = model.predict_at(z, 0, time, (float(state[0]), float(state[1]) * fit.w0))
     if prediction is None:
         return None

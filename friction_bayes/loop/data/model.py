@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -152,6 +152,14 @@ class LoopModel:
         """Value of a parameter at coordinates of shape (..., p)."""
         j = self.index(name, effect=effect, record=record)
         return np.asarray(self.coordinates[j].value(z[..., j]))
+
+    def coordinates_of(self, values: Mapping[tuple[str, str], Iterable[float]], count: int) -> Array:
+        """Coordinates of ``count`` draws of some parameters, by effect and name; others as a fit starts."""
+        z = np.empty((count, len(self.coordinates)))
+        for j, c in enumerate(self.coordinates):
+            own = values.get((c.effect, c.name))
+            z[:, j] = c.start if own is None else [c.coordinate(float(value)) for value in own]
+        return z
 
     def record_parameters(self, z: Array, r: int) -> RecordParameters:
         """Values of the parameters that act on record ``r``."""

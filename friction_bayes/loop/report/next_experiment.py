@@ -28,7 +28,6 @@ from friction_bayes.loop.data.parameters import (
     FRICTION,
     LOG_FREQUENCY_RATIO,
     VELOCITY,
-    Coordinate,
 )
 from friction_bayes.loop.infer.law_draws import DrawnLaws
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
@@ -318,8 +317,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
         for name in names
         for parameter, drawn in _of_model(name, draws.parameters(name, mine)).items()
     }
-    count = int(np.count_nonzero(mine))
-    z = np.column_stack([_coordinates(c, values.get((c.effect, c.name)), count) for c in model.coordinates])
+    z = model.coordinates_of(values, int(np.count_nonzero(mine)))
     covariance, rubs = np.cov(z, rowvar=False), model.index(FRICTION)
     covariance[rubs, rubs] += np.mean((laws.spread[mine] / model.coordinates[rubs].prior.scale) ** 2)
     return Contender(
@@ -342,13 +340,6 @@ def _of_model(name: str, drawn: dict[str, Array]) -> dict[str, Array]:
         "amplitude": np.full_like(drawn["sine"], math.hypot(sine, cosine)),
         "phase": np.full_like(drawn["sine"], math.atan2(cosine, sine)),
     }
-
-
-def _coordinates(c: Coordinate, values: Array | None, count: int) -> Array:
-    """A parameter's draws in its coordinate, shape (count,)."""
-    if values is None:
-        return np.full(count, c.start)
-    return np.array([c.coordinate(float(value)) for value in values])
 
 
 _BY_VARIABLE = {
