@@ -29,7 +29,7 @@ _LEAST_STIFFNESS = -0.75
 
 
 def check_friction(
-    target: Target, expected: Array, *, factor: float, unit: str, seed: int, walkers: int | None = None
+    target: Target, expected: Array, *, factor: float, unit: str, seed: int
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Friction of a target sampled with emcee, compared with draws of the closed form, shape (n,).
 
@@ -53,9 +53,7 @@ def check_friction(
         with warnings.catch_warnings():
             # reported in the result
             warnings.simplefilter("ignore", NotConvergedWarning)
-            tree = sample_target(
-                target, seed=seed, ensembles=_ENSEMBLES, walkers=walkers, ess=_ESS, max_steps=_MOST_STEPS
-            )
+            tree = sample_target(target, seed=seed, ensembles=_ENSEMBLES, ess=_ESS, max_steps=_MOST_STEPS)
     except InputError as error:
         return check | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}, None
     attrs = tree.attrs

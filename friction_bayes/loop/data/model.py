@@ -148,9 +148,9 @@ class LoopModel:
         """Position of a parameter in the vector of coordinates."""
         return self._positions[effect, name, record]
 
-    def value(self, z: Array, name: str, *, effect: str = "", record: int = SHARED) -> Array:
-        """Value of a parameter at coordinates of shape (..., p)."""
-        j = self.index(name, effect=effect, record=record)
+    def value(self, z: Array, name: str) -> Array:
+        """Value of a parameter of the law at coordinates of shape (..., p)."""
+        j = self.index(name)
         return np.asarray(self.coordinates[j].value(z[..., j]))
 
     def coordinates_of(self, values: Mapping[tuple[str, str], Iterable[float]], count: int) -> Array:
