@@ -34,6 +34,7 @@ from friction_bayes.loop.columns.effect_columns import (
     sensor_columns,
 )
 from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, SensorEffect
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
@@ -293,10 +294,7 @@ def law_columns(
     law ``about`` which the path was smoothed; by default forces are taken as given along the path.
     """
     system, segment, order = record.system, record.segment, record.segment.order
-    ratio = w0 / system.natural_frequency
-    # the factor from the friction coefficient to force stays that of the declared system
-    mass = system.moving * ratio ** (order - 2)
-    stiffness = system.stiffness * ratio**order
+    mass, stiffness = LoopModel(system, (segment,)).mass_and_stiffness(w0 / system.natural_frequency)
     unit = mass * w0**2
     evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, segment.duration, path.phase[0])
     amplitude = record.scales.amplitude * (system.natural_frequency / w0) ** order
