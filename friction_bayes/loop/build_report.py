@@ -43,6 +43,9 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["Judgement", "build_report", "judge"]
 
+_ROUNDING = 0.05
+"""Share of a half cycle by which three may fall short, their frequency being known so well."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judgement:
@@ -116,10 +119,6 @@ def _loss(candidates: Candidates, frequency: Array) -> float:
     system, order = model.system, model.segments[0].order
     ratio = float(frequency.mean()) / system.natural_frequency
     return candidates.factor * system.stiffness * ratio**order * friction_of_loss(turning_points)
-
-
-_ROUNDING = 0.05
-"""Share of a half cycle by which three may fall short, their frequency being known so well."""
 
 
 def build_report(

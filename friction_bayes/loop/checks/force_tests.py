@@ -25,6 +25,14 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 
 __all__ = ["LeftOver", "best_shape", "stops", "what_is_left"]
 
+_JUMPS = "force_jumps"
+_LENGTHS = (0.01, 0.03, 0.1, 0.3)
+"""Over the median amplitude: how far after a turning point a pulse reaches."""
+_PLACES = np.linspace(-0.9, 0.9, 13)
+"""Place of a bump over the largest displacement."""
+_STOPS = np.linspace(0.1, 0.8, 8)
+"""Where a spring may begin that the motion meets on one side, likewise."""
+
 
 class ScoreTest(NamedTuple):
     """Chi-square test of f forces at once, and their coefficients by least squares, with the covariance.
@@ -91,9 +99,6 @@ def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     rest = gram[p:, p:] - gram[:p, p:].T @ np.linalg.solve(known, gram[:p, p:])
     norm = np.sqrt(np.maximum(np.diag(gram)[p:-1], 1e-300))
     return AddedForces(norm, rest[:-1, :-1], rest[:-1, -1])
-
-
-_JUMPS = "force_jumps"
 
 
 @dataclass(frozen=True)
@@ -246,14 +251,6 @@ def _of_force(fit: ForceFit, on: str, channel: Channel, forces: Array, found: Sc
     power = float((share * fit.path.node_v) @ (forces @ coefficients))
     friction = abs(power) / float(share @ np.abs(fit.path.node_v))
     return Dependence(on, channel, math.sqrt(max(square, 0.0)), friction, signal)
-
-
-_LENGTHS = (0.01, 0.03, 0.1, 0.3)
-"""Over the median amplitude: how far after a turning point a pulse reaches."""
-_PLACES = np.linspace(-0.9, 0.9, 13)
-"""Place of a bump over the largest displacement."""
-_STOPS = np.linspace(0.1, 0.8, 8)
-"""Where a spring may begin that the motion meets on one side, likewise."""
 
 
 class ForceShape(NamedTuple):

@@ -40,6 +40,8 @@ _WHAT = (
 )
 _BAND90 = 1.6448536269514722
 """Half width of the central 90 % of a normal distribution, in standard deviations."""
+_DRAWS = 40
+"""Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -141,10 +143,6 @@ def with_forecasts(
         )
         for trace, coulomb, final in zip(traces, before, after, strict=True)
     )
-
-
-_DRAWS = 40
-"""Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
 
 
 def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) -> Forecast | None:

@@ -44,6 +44,11 @@ from friction_bayes.statespace.response import Feedback, response_at_sensor
 
 __all__ = ["SENSOR_ZERO", "LawBefore", "LawColumns", "law_columns"]
 
+SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
+"""An error of the sensor's zero is combined with every set: nearly every measured record has one."""
+_OF_START = 2
+"""Columns before those of the forces."""
+
 
 @dataclass(frozen=True, eq=False)
 class LawBefore:
@@ -98,12 +103,6 @@ class LawBefore:
         # it is against the motion before; friction, which resists, makes it smaller after
         share = np.divide(after, before, out=np.zeros(turning.size), where=before * towards < 0.0)
         return np.clip(share, 0.0, 1.0)
-
-
-SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
-"""An error of the sensor's zero is combined with every set: nearly every measured record has one."""
-_OF_START = 2
-"""Columns before those of the forces."""
 
 
 @dataclass(frozen=True, eq=False)

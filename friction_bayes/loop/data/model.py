@@ -39,6 +39,12 @@ __all__ = ["LoopModel", "Prediction", "difference_steps", "prediction_derivative
 
 _RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
+_FIRST_STEP = 1e-3
+"""Difference step in a coordinate before its posterior standard deviation is known."""
+_STEP_SHARE = 0.2
+"""Difference step in posterior standard deviations: far above rounding, far below curvature."""
+_SENSOR_STEP = 1e-7
+"""Difference step of a sensor's term, which is known to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,14 +251,6 @@ def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, 
         if isinstance(effect, SensorEffect):
             signal = effect.distort(signal, time, *values)
     return signal
-
-
-_FIRST_STEP = 1e-3
-"""Difference step in a coordinate before its posterior standard deviation is known."""
-_STEP_SHARE = 0.2
-"""Difference step in posterior standard deviations: far above rounding, far below curvature."""
-_SENSOR_STEP = 1e-7
-"""Difference step of a sensor's term, which is known to rounding."""
 
 
 def difference_steps(precision: Array) -> Array:

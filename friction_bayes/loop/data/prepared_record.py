@@ -40,6 +40,12 @@ from friction_bayes.records.record import validate_record
 __all__ = ["Segment", "cut_records", "held_samples"]
 
 _NEIGHBOURS = 7
+_LOG_ODDS = math.log(0.1 / 0.9)
+"""Of a hold, a priori."""
+_FINENESS = 8
+"""Number of release times that are tried between two samples."""
+_HARMONICS = np.array([1.0, 2.0])
+"""A half cycle of a far swing, or on a spring that stiffens, has the second too."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -266,14 +272,6 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}
     means = means / amplitude_kept(samples, block)
     return xr.DataArray(means, coords=stamps, attrs=record.attrs), block
-
-
-_LOG_ODDS = math.log(0.1 / 0.9)
-"""Of a hold, a priori."""
-_FINENESS = 8
-"""Number of release times that are tried between two samples."""
-_HARMONICS = np.array([1.0, 2.0])
-"""A half cycle of a far swing, or on a spring that stiffens, has the second too."""
 
 
 def held_samples(decay: FreeDecay) -> int:

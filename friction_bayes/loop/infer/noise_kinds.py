@@ -36,6 +36,10 @@ from friction_bayes.statespace.regression import LawRegression
 
 __all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
+_SHARES = np.geomspace(0.05, 12.8, 9)
+"""Noise that grows over that of one size, both over the whole record, between which the mode is sought."""
+_STENCIL = 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseKinds:
@@ -164,11 +168,6 @@ def _noise_growth(along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | 
                 )
             )
     return max(growths, key=lambda growth: growth.log_odds, default=None)
-
-
-_SHARES = np.geomspace(0.05, 12.8, 9)
-"""Noise that grows over that of one size, both over the whole record, between which the mode is sought."""
-_STENCIL = 0.1
 
 
 @dataclass(frozen=True, eq=False)

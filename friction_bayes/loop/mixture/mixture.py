@@ -41,6 +41,14 @@ Names = frozenset[str]
 
 _LEAST = 1e-12
 """Least share of the total probability that counts."""
+_LEAST_PROBABILITY = 1e-9
+"""Of a candidate that is listed."""
+_FACTORS = (0.1, 10.0)
+_EXPECTED = {"inclusion_halved": 0.5 * EXPECTED, "inclusion_doubled": 2.0 * EXPECTED}
+_LEAST_DRAWS = 50.0
+"""Effective number of draws below which no value is reported."""
+_LARGEST_ERROR = 0.1
+"""Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,10 +143,6 @@ def cells_of(fit: LawFit) -> Cells:
     return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
 
 
-_LEAST_PROBABILITY = 1e-9
-"""Of a candidate that is listed."""
-
-
 def ranked(probability: Mapping[Names, float]) -> tuple[tuple[Names, ...], Array]:
     """The candidates that are listed, most probable first, and their probabilities.
 
@@ -231,14 +235,6 @@ class CandidateMixture:
         own = [self.friction[self.candidate == c] for c in range(count)]
         low, high = np.quantile(own[0], TAILS) if own[0].size else (-np.inf, np.inf)
         return np.array([bool(each.size) and not low <= each.mean() <= high for each in own])
-
-
-_FACTORS = (0.1, 10.0)
-_EXPECTED = {"inclusion_halved": 0.5 * EXPECTED, "inclusion_doubled": 2.0 * EXPECTED}
-_LEAST_DRAWS = 50.0
-"""Effective number of draws below which no value is reported."""
-_LARGEST_ERROR = 0.1
-"""Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
 
 
 def prior_sensitivity(mixture: CandidateMixture, evaluated: int) -> dict[str, float | None]:

@@ -72,6 +72,10 @@ _TOLERANCE = 0.05
 """Of the search, in the same."""
 _STENCIL = 0.2
 _FAR = 1e9
+_GRID = 1025
+"""Frequencies of a spectrum whose transform is the correlation of the noise."""
+_HANN_SPREAD = 1.5
+"""Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
 
 @dataclass(frozen=True)
@@ -262,12 +266,6 @@ class _Density:
             lost = max(2.0 * top - sum(max(self(force, (a, b)), top - 4.0) for a, b in steps), 0.0)
             sds.append(min(_STENCIL / math.sqrt(max(lost, 1e-12)), widest))
         return np.log(sds)
-
-
-_GRID = 1025
-"""Frequencies of a spectrum whose transform is the correlation of the noise."""
-_HANN_SPREAD = 1.5
-"""Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,8 @@ LEAST_NOISE = 1e-6
 """Least noise over signal amplitude of every record: ten times the integrator's error."""
 _ROUNDS = 60
 _SETTLED = 1e-4
+_PARTS = 5
+"""Equal parts of the samples in which outliers are counted: few, as outliers are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,10 +137,6 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, Array,
     volume += 0.5 * math.log(1.0 / (2.0 * count)) + math.log(scale)
     volume += float(fraction_prior.log_density(fraction) + scale_prior.log_density(scale))
     return sd, fraction, scale, core, volume
-
-
-_PARTS = 5
-"""Equal parts of the samples in which outliers are counted: few, as outliers are."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -32,6 +32,12 @@ __all__ = [
     "validate_force",
 ]
 
+_METHOD = "normal-gamma"
+_FINE = 400.0
+"""Samples a period of the finely sampled prediction: the highest falls short by 1e-5 of the amplitude."""
+_NO_WIDTH = 1e-6
+"""Width over friction below which samples have no scatter: a single one, or equal steps."""
+
 
 def _resisting_force(fit: CoulombFit) -> Array:
     """Force that resists the motion of the first record, shape (n,) [N or N m].
@@ -120,13 +126,6 @@ def _explained(measured: Array, model: Array) -> float:
     """Share of the variance of a measured force that a model explains."""
     variance = float(np.var(measured))
     return 1.0 - float(np.mean((measured - model) ** 2)) / variance if variance > 0.0 else math.nan
-
-
-_METHOD = "normal-gamma"
-_FINE = 400.0
-"""Samples a period of the finely sampled prediction: the highest falls short by 1e-5 of the amplitude."""
-_NO_WIDTH = 1e-6
-"""Width over friction below which samples have no scatter: a single one, or equal steps."""
 
 
 def paper_procedure(

@@ -51,6 +51,25 @@ _STATE_STEP = 1e-4
 """Difference step in the initial state, in amplitudes."""
 _RECORDS = 100
 """Simulated records over which the scatter of two candidates is compared."""
+_BY_VARIABLE = {
+    "velocity": "Release it from half and from twice the amplitude, and close the loop on all records "
+    "together: a force that belongs to the velocity comes again at the same velocity, and its curve in the "
+    "figure of the force left over is the effect to register.",
+    "position": "Move the sensor against the machine, release again and compare the force left over: what "
+    "stays at its place in the machine is a force (a guide, a cable), what moves along is an error of the "
+    "sensor.",
+    "amplitude": "Release it from half the amplitude, and close the loop on both records together: a force "
+    "that belongs to the amplitude comes again at the same amplitude, one that belongs to the time does not.",
+    "time": "Release it again at once without touching it: what follows the time since the release comes "
+    "again, what went on in the meantime is warming or wear.",
+}
+_OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
+"""Tests of the scatter of samples, independent of the motion."""
+_OF_RECORDS = (
+    "Close the loop on each record by itself, and look for what was not the same between them: mounting, "
+    "temperature, wear, the side of the release. Where friction is known to differ, fit it as varying "
+    "(--varying-friction, varying_friction=True): its mean and its spread are then found."
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -340,29 +359,6 @@ def _of_model(name: str, drawn: dict[str, Array]) -> dict[str, Array]:
         "amplitude": np.full_like(drawn["sine"], math.hypot(sine, cosine)),
         "phase": np.full_like(drawn["sine"], math.atan2(cosine, sine)),
     }
-
-
-_BY_VARIABLE = {
-    "velocity": "Release it from half and from twice the amplitude, and close the loop on all records "
-    "together: a force that belongs to the velocity comes again at the same velocity, and its curve in the "
-    "figure of the force left over is the effect to register.",
-    "position": "Move the sensor against the machine, release again and compare the force left over: what "
-    "stays at its place in the machine is a force (a guide, a cable), what moves along is an error of the "
-    "sensor.",
-    "amplitude": "Release it from half the amplitude, and close the loop on both records together: a force "
-    "that belongs to the amplitude comes again at the same amplitude, one that belongs to the time does not.",
-    "time": "Release it again at once without touching it: what follows the time since the release comes "
-    "again, what went on in the meantime is warming or wear.",
-}
-_OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
-"""Tests of the scatter of samples, independent of the motion."""
-
-
-_OF_RECORDS = (
-    "Close the loop on each record by itself, and look for what was not the same between them: mounting, "
-    "temperature, wear, the side of the release. Where friction is known to differ, fit it as varying "
-    "(--varying-friction, varying_friction=True): its mean and its spread are then found."
-)
 
 
 def experiment_on_unexplained(
