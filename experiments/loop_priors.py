@@ -30,8 +30,8 @@ from experiments.blind.prior_drawn import (
 )
 from friction_bayes import Oscillator, make_record
 from friction_bayes.core.quantities import quantity_named
+from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO
-from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.law_along_motion import force_prior
 from friction_bayes.loop.settings import SETTINGS

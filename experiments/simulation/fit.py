@@ -10,8 +10,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from experiments.simulation.objective import Curvature, NoiseModel, Objective, Point
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.prediction_derivatives import difference_steps
+from friction_bayes.loop.data.model import LoopModel, Prediction, difference_steps
 from friction_bayes.loop.noise.likelihood import NoiseFit
 
 __all__ = ["LoopFit", "fit_model", "settle"]

@@ -11,8 +11,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.prediction_derivatives import prediction_derivatives
+from friction_bayes.loop.data.model import LoopModel, Prediction, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import NoiseFit, fit_noise, log_densities
 from friction_bayes.mechanics.effects import Scales

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from friction_bayes.loop.close_loop import close_loop
+from friction_bayes.loop.pipeline import close_loop
 from friction_bayes.loop.report.result import LoopReport, RecordTrace
 
 __all__ = ["LoopReport", "RecordTrace", "close_loop"]

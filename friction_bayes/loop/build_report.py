@@ -1,11 +1,11 @@
-"""From the candidates to the report: one posterior, tests of the residuals, comparisons."""
+"""From the candidates to the report: the verdict on them, one posterior, tests of residuals, comparisons."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,35 +15,114 @@ from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
-from friction_bayes.core.summary import TAILS, Summary
+from friction_bayes.core.summary import Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.held_out import with_forecasts
+from friction_bayes.loop.checks.forecast import Forecast, forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
-from friction_bayes.loop.data.friction import Distribution
+from friction_bayes.loop.data.friction import Distribution, dry_friction, friction_of_loss, reported_friction
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
-from friction_bayes.loop.judgement import Judgement, judge
+from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
-from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.next_experiment import WHETHER_IT_RUBS, next_experiment
-from friction_bayes.loop.report.paper_procedure import paper_procedure
-from friction_bayes.loop.report.reference_force import compare_forces
+from friction_bayes.loop.mixture.mixture import CandidateMixture, prior_sensitivity
+from friction_bayes.loop.report.comparisons import compare_forces, compare_frictions, paper_procedure
+from friction_bayes.loop.report.next_experiment import (
+    WHETHER_IT_RUBS,
+    experiment_on_unexplained,
+    next_experiment,
+)
 from friction_bayes.loop.report.result import LoopReport
-from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
+    UNEXPLAINED,
     credible_count,
+    friction_range,
+    reasons_against,
+    verdict,
 )
 from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["build_report"]
+__all__ = ["Judgement", "build_report", "judge"]
 
 _ROUNDING = 0.05
 """Share of a half cycle by which three may fall short, their frequency being known so well."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judgement:
+    """The verdict, the numbers that led to it, and the mixture of all candidates.
+
+    Reasons ``against`` the number are as from :func:`friction_bayes.loop.report.verdict.reasons_against`,
+    frictions as they are reported, and forecasts of Coulomb friction alone and of all laws, one a record.
+    """
+
+    word: str
+    against: tuple[str, ...]
+    mixture: CandidateMixture
+    friction: Distribution
+    friction_before: Distribution
+    friction_range: dict[str, Any] | None
+    dry: dict[str, Any]
+    held_out: dict[str, Any]
+    friction_agreed: bool
+    forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
+
+
+def judge(candidates: Candidates, rng: np.random.Generator) -> Judgement:
+    """The mixture of candidates, and the verdict on the most probable by its consequences."""
+    rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
+    mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
+    before, frequency = candidates.before, mixture.frequency
+    model = before.model
+    loss, factor = _loss(candidates, frequency), candidates.factor
+    friction = reported_friction(mixture.friction, frequency, model, rng_dry)
+    dry = dry_friction(friction, loss, candidates.tolerance)
+    forecasts = forecast_records(before), candidates.forecasts()
+    held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
+    after = reported_friction(mixture.friction, frequency, model, rng_after)
+    against = reasons_against(
+        is_noise=candidates.explains,
+        shift=factor * candidates.shift,
+        loss=loss,
+        held_out=held_out,
+        least_noise=candidates.least_noise,
+        friction=after.to_dict()["interval90"],
+        witnesses=candidates.witnesses,
+        contradicted=candidates.contradicted,
+    )
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
+    count = credible_count(mixture.probabilities)
+    # all agree on a friction that may be zero
+    agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
+    alone, readings = before.friction(rng_before, DRAWS), None
+    if word == UNEXPLAINED:
+        by_all = candidates.by_all_sets
+        readings = {"Coulomb friction alone": alone, "the sets evaluated along the measured motion": by_all}
+    return Judgement(
+        word=word,
+        against=against,
+        mixture=mixture,
+        friction=after,
+        friction_before=reported_friction(alone, frequency, model, rng_before),
+        friction_range=friction_range(readings, factor, candidates.unit) if readings else None,
+        dry=dry,
+        held_out=held_out,
+        friction_agreed=agreed and not against,
+        forecasts=forecasts,
+    )
+
+
+def _loss(candidates: Candidates, frequency: Array) -> float:
+    """Friction that alone would explain the loss of amplitude, as friction is reported."""
+    model, turning_points = candidates.before.model, candidates.traces[0].turning_points
+    if turning_points.size < LEAST_HALF_CYCLES:
+        return 0.0
+    system, order = model.system, model.segments[0].order
+    ratio = float(frequency.mean()) / system.natural_frequency
+    return candidates.factor * system.stiffness * ratio**order * friction_of_loss(turning_points)
 
 
 def build_report(
@@ -56,15 +135,8 @@ def build_report(
 ) -> LoopReport:
     """The report: the mixture of candidates, tests of the residuals of the most probable, comparisons.
 
-    Parameters
-    ----------
-    candidates : Candidates
-    rng : numpy.random.Generator
-    options : LoopOptions
-    started : float
-        Reading of ``time.perf_counter`` when the loop began.
-    reference_force : ndarray or None
-        Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
+    Timed from ``started``, a reading of ``time.perf_counter``; a measured force is as from
+    :func:`friction_bayes.loop.report.comparisons.validate_force`.
     """
     judged = judge(candidates, rng)
     mixture, before = judged.mixture, candidates.before
@@ -75,7 +147,7 @@ def build_report(
     fitted = _fitted(candidates, float(mixture.frequency.mean()))
     reference, sampled = _reference_check(judged, candidates, options)
     if reference_force is not None:
-        residual["force"], forces = compare_forces(before, candidates.resisting_force(), reference_force)
+        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
         traces = (replace(traces[0], forces=forces), *traces[1:])
     return LoopReport(
         verdict=judged.word,
@@ -105,7 +177,7 @@ def build_report(
         paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
         frequency=_frequency(mixture, model),
         random_force=_random_force(mixture, candidates.factor, candidates.unit),
-        witnesses=candidates.witnesses(),
+        witnesses=candidates.witnesses,
         left=candidates.left(),
         fitted=fitted,
         next_experiment=_next_experiment(judged, candidates),
@@ -137,7 +209,7 @@ def _reference_check(
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
     known = options.reference_friction
-    reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
+    reference = compare_frictions(judged.friction, judged.friction_before, known) or {}
     sampled = None
     if options.check:
         found, sampled = candidates.check(options.seed)
@@ -226,21 +298,6 @@ def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
         "samples": samples * segment.block,
         "half_cycles": half_cycles,
         "set_aside": set_aside * segment.block,
-    }
-
-
-def _compare_with_reference(
-    after: Distribution, before: Distribution, friction: float | None
-) -> dict[str, Any] | None:
-    """Comparison with a friction known from elsewhere, if any."""
-    if friction is None:
-        return None
-    low, high = np.quantile(after.draws, TAILS)
-    return {
-        "friction": friction,
-        "error_before": float(before.draws.mean()) / friction - 1.0,
-        "error_after": float(after.draws.mean()) / friction - 1.0,
-        "within_interval90": bool(low <= friction <= high),
     }
 
 

@@ -73,6 +73,6 @@ def test_closing_the_loop_loads_what_it_runs(tmp_path: Path) -> None:
         running("close-loop", str(record), "--mass", "10", "--stiffness", "1000", *effects, "--out", str(out))
     )
     assert (out / "report.html").exists()
-    assert "friction_bayes.loop.close_loop" in modules
+    assert "friction_bayes.loop.pipeline" in modules
     unused = {"dask.array", "distributed", "pooch", "scipy.io", "scipy.signal"}
     assert modules & {*unused, "emcee", "arviz", "arviz_base", "arviz_stats", "matplotlib.pyplot"} == set()

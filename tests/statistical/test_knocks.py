@@ -17,7 +17,7 @@ import xarray as xr
 import friction_bayes as fb
 from curtailed import at_least
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.report.knock_notes import knock_times
+from friction_bayes.loop.report.motion_trace import knock_times
 from unsteady_decays import FRICTION, SYSTEM, WHITE, fitted, sensed, unsteady_motion
 
 OFFERED = ("viscous_damping", "sensor_offset")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.report.knock_notes import knock_times
+from friction_bayes.loop.report.motion_trace import knock_times
 from unsteady_decays import WHEEL, eccentric_record, fitted, probability_of, rubbed_record
 
 

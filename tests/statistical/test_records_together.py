@@ -9,7 +9,7 @@ from scipy.stats import chi2
 import friction_bayes as fb
 from curtailed import at_least
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.checks.contradictions import compared_sizes
+from friction_bayes.loop.checks.between_records import compared_sizes
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_fit import fit_law
 from friction_bayes.loop.settings import SETTINGS

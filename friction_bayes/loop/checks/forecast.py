@@ -1,23 +1,30 @@
-"""Forecast of the rest of a record: its law, its random force and the state at the end of the first part."""
+"""The rest of a record forecast from its first part: by Coulomb friction alone, by all laws, and the errors.
+
+A law is drawn with its random force and the state at the end of the first part.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.held_out import Forecast
-from friction_bayes.loop.columns.lines import OF_LINES
+from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.coulomb_fit import CoulombFit, refitted
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
+from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
@@ -25,10 +32,117 @@ from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.transition import distinct_steps, transition_table
 
-__all__ = ["forecast"]
+__all__ = ["Forecast", "forecast", "forecast_records", "held_out_error", "with_forecasts"]
 
+_WHAT = (
+    "root mean square error over the last 30 % of the moving record of each model, "
+    "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
+)
+_BAND90 = 1.6448536269514722
+"""Half width of the central 90 % of a normal distribution, in standard deviations."""
 _DRAWS = 40
 """Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Forecast:
+    """The last part of a moving record, measured and predicted from the first part.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Seconds in the record.
+    signal : ndarray, shape (n,)
+        Measured.
+    mean, sd : ndarray, shape (n,)
+        Of the predictive distribution of the signal, noise of the sensor included.
+    free : ndarray of bool, shape (n,)
+        Samples that are not clipped: they are compared.
+    """
+
+    time: Array
+    signal: Array
+    mean: Array
+    sd: Array
+    free: Mask
+
+    @classmethod
+    def of(cls, segment: Segment, head: int, mean: Array, sd: Array) -> Forecast:
+        """Of the moving samples after the first ``head``."""
+        rest = slice(head, segment.moving)
+        time = segment.decay.start_time + segment.time[rest]
+        return cls(time=time, signal=segment.values[rest], mean=mean, sd=sd, free=segment.free[rest])
+
+    @property
+    def error(self) -> Array:
+        """Measured minus predicted, of the samples that are compared."""
+        return np.asarray((self.signal - self.mean)[self.free])
+
+
+def forecast_records(fit: CoulombFit) -> tuple[Forecast, ...]:
+    """The rest of each moving record by Coulomb friction, fitted anew to the first 70 %.
+
+    At the posterior mode, without a band, which is not reported. Empty where the fit fails.
+    """
+    model, forecasts = fit.model, []
+    heads = [int(settings.SETTINGS.fitted_share * segment.moving) for segment in model.segments]
+    again = refitted(model.of_first_samples(heads), fit.z, 0.5)
+    if again is None:
+        return ()
+    for r, (segment, head) in enumerate(zip(model.segments, heads, strict=True)):
+        predicted = model.predict(again.z, r)
+        if predicted is None:
+            return ()
+        rest = slice(head, segment.moving)
+        forecasts.append(Forecast.of(segment, head, predicted.signal[rest], np.zeros(segment.moving - head)))
+    return tuple(forecasts)
+
+
+def held_out_error(
+    before: Sequence[Forecast], after: Sequence[Forecast], noise_floor: float, unit: str
+) -> dict[str, Any]:
+    """Errors of both models over all records, as reported; nan where one could not forecast."""
+    return {
+        "before": _rms(_errors(before)),
+        **forecast_errors(after),
+        "noise_floor": noise_floor,
+        "unit": unit,
+        "what": _WHAT,
+    }
+
+
+def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
+    """Error of the final model, and the share of the samples within its predictive 90 % band."""
+    errors = _errors(after)
+    sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
+    inside = float(np.mean(np.abs(errors) <= _BAND90 * sd)) if errors.size else math.nan
+    return {"after": _rms(errors), "inside90": inside}
+
+
+def _errors(forecasts: Sequence[Forecast]) -> Array:
+    """Those of all records."""
+    return np.concatenate([np.empty(0), *(forecast.error for forecast in forecasts)])
+
+
+def _rms(errors: Array) -> float:
+    return math.sqrt(float(np.mean(errors**2))) if errors.size else math.nan
+
+
+def with_forecasts(
+    traces: Sequence[RecordTrace], before: Sequence[Forecast], after: Sequence[Forecast]
+) -> tuple[RecordTrace, ...]:
+    """Records with both models' forecasts of their last parts; unchanged where one could not forecast."""
+    if not len(traces) == len(before) == len(after):
+        return tuple(traces)
+    return tuple(
+        replace(
+            trace,
+            forecast=ForecastTrace(
+                time=final.time, signal=final.signal, before=coulomb.mean, after=final.mean, sd=final.sd
+            ),
+        )
+        for trace, coulomb, final in zip(traces, before, after, strict=True)
+    )
 
 
 def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) -> Forecast | None:
@@ -146,12 +260,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     ratio = fit.w0 / fit.record.system.natural_frequency * frequency_change(draws.stiffness[k])
     ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
-    z = np.array(
-        [
-            c.coordinate(values[c.effect, c.name]) if (c.effect, c.name) in values else c.start
-            for c in model.coordinates
-        ]
-    )
+    (z,) = model.coordinates_of({key: [value] for key, value in values.items()}, 1)
     prediction = model.predict_at(z, 0, time, (float(state[0]), float(state[1]) * fit.w0))
     if prediction is None:
         return None
@@ -163,14 +272,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
 def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Array:
     """The effect of the record's filter on forecasts, shape (k, n), that begin with the last fitted sample.
 
-    Parameters
-    ----------
-    draws : LawDraws
-    which : ndarray of bool
-        Draws that are forecast, k of them.
-    motions : ndarray, shape (k, 2, n)
-        Their displacements and velocities.
-    time : ndarray, shape (n,)
+    Of the k draws ``which``, with displacements and velocities ``motions``, shape (k, 2, n).
     """
     fit, law = draws.fit, draws.fit.law
     before = np.stack([fit.path.x, fit.path.v * fit.w0])[:, :-1]
@@ -221,29 +323,11 @@ def _fluctuation(
     stiffness: Array | None,
     slope: Array | None,
 ) -> tuple[Array, Array]:
-    """Contribution of the random force to the signal from the last state on.
+    """Means (k, n) and variances (g, n) of what the random force adds to the signal from the last state on.
 
-    Parameters
-    ----------
-    fit : ForceFit
-    points : ndarray of int, shape (g,)
-        Points of the grid.
-    forces : ndarray, shape (k,)
-        Random force at the last state, of each draw.
-    which : ndarray of int, shape (k,)
-        Point of each draw.
-    spreads : ndarray, shape (g, 3, 3)
-        Covariance of the last state.
-    time : ndarray, shape (n,)
-    stiffness : ndarray or None, shape (n - 1,)
-        Of the oscillator over each interval; None where it is one throughout.
-    slope : ndarray or None, shape (n,)
-        The same at the samples.
-
-    Returns
-    -------
-    means : ndarray, shape (k, n)
-    variances : ndarray, shape (g, n)
+    The force there is that of each draw, ``forces``, of one of the g ``points``, ``which``; ``spreads``,
+    shape (g, 3, 3), are the covariances of that state. ``stiffness`` and ``slope`` are as from
+    :func:`_slopes`.
     """
     steps, stiffness, _, index = distinct_steps(time * fit.w0, stiffness)
     transitions, added = np.empty((2, steps.size, points.size, 3, 3))

@@ -20,13 +20,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.loop.noise.likelihood import LEAST_NOISE
 
-__all__ = [
-    "Channel",
-    "ResidualTests",
-    "noise_tests",
-    "tests_before",
-    "worst_of",
-]
+__all__ = ["Channel", "ResidualTests", "noise_tests", "tests_before", "worst_of"]
 
 
 _FEWEST_FOR_A_LINE = 4
@@ -35,17 +29,7 @@ _FEWEST_FOR_A_LINE = 4
 
 @dataclass(frozen=True)
 class Channel:
-    """One test.
-
-    Attributes
-    ----------
-    name : str
-    statistic : float
-    degrees : int
-        Degrees of freedom, or samples of a count.
-    p_value : float
-        Before correction.
-    """
+    """One test: its degrees of freedom, or samples of a count, and its p-value before correction."""
 
     name: str
     statistic: float
@@ -55,14 +39,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class ResidualTests:
-    """All tests of a fit.
-
-    Attributes
-    ----------
-    channels : tuple of Channel
-    rms : float
-        Of the residual where the sensor is within its range, unit of the signal.
-    """
+    """All tests of a fit, and the rms of its residual within the range of the sensor, unit of the signal."""
 
     channels: tuple[Channel, ...]
     rms: float
@@ -88,13 +65,7 @@ class ResidualTests:
 
 
 def noise_tests(x: Array) -> tuple[Channel, ...]:
-    """Tests of correlation, of the largest line, and of samples far out.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Residuals over their standard deviation.
-    """
+    """Tests of correlation, of the largest line, and of samples far out; of residuals over their sd."""
     white, (line, p_value) = whiteness(x), _largest_line(x)
     return (
         Channel("whiteness", white.statistic, white.lags, white.p_value),
@@ -128,13 +99,7 @@ def worst_of(records: Sequence[ResidualTests]) -> ResidualTests:
 
 
 def _far_residuals(x: Array) -> Channel:
-    """Test of the tails: the number of far residuals, and whether one dwarfs all others.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        White residuals over their standard deviation.
-    """
+    """Test of the tails: the number of far residuals, and whether one dwarfs all others."""
     count = int(np.count_nonzero(np.abs(x) > settings.SETTINGS.far))
     p_value = float(stats.binom.sf(count - 1, x.size, 2.0 * stats.norm.sf(settings.SETTINGS.far)))
     largest = float(np.max(np.abs(x), initial=0.0))

@@ -18,7 +18,7 @@ from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.statespace.sampling.law_target import law_target
 from friction_bayes.validation.agreement import compare
 
-__all__ = ["check_friction", "check_law", "target_of_set"]
+__all__ = ["check_law", "target_of_set"]
 
 _ENSEMBLES = 4
 _ESS = 400.0
@@ -29,23 +29,11 @@ _LEAST_STIFFNESS = -0.75
 
 
 def check_friction(
-    target: Target, expected: Array, *, factor: float, unit: str, seed: int, walkers: int | None = None
+    target: Target, expected: Array, *, factor: float, unit: str, seed: int
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Friction of a target sampled with emcee, compared with draws of the closed form.
+    """Friction of a target sampled with emcee, compared with draws of the closed form, shape (n,).
 
-    Parameters
-    ----------
-    target : Target
-        Whose natural parameters include friction.
-    expected : ndarray, shape (n,)
-        Friction as drawn from the closed form.
-    factor : float
-        From friction of the declared system to what is reported.
-    unit : str
-        Of the latter.
-    seed : int
-    walkers : int, optional
-        Of each ensemble; the sampler's own choice by default.
+    Friction is a natural parameter of the target, ``factor`` times which is reported in ``unit``.
 
     Returns
     -------
@@ -65,9 +53,7 @@ def check_friction(
         with warnings.catch_warnings():
             # reported in the result
             warnings.simplefilter("ignore", NotConvergedWarning)
-            tree = sample_target(
-                target, seed=seed, ensembles=_ENSEMBLES, walkers=walkers, ess=_ESS, max_steps=_MOST_STEPS
-            )
+            tree = sample_target(target, seed=seed, ensembles=_ENSEMBLES, ess=_ESS, max_steps=_MOST_STEPS)
     except InputError as error:
         return check | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}, None
     attrs = tree.attrs
@@ -100,28 +86,10 @@ def check_friction(
 def check_law(
     fit: LawFit, cells: Mask, factor: float, unit: str, seed: int, *, forced: bool
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Comparison with emcee of the most probable columns, and spread, of the most probable candidate.
+    """Comparison with emcee of the most probable columns, and spread, of a candidate: :func:`check_friction`.
 
-    Parameters
-    ----------
-    fit : LawFit
-    cells : ndarray of bool, shape (g, n)
-        Points and sets of the posterior that are the candidate.
-    factor : float
-        From friction of the declared system to what is reported.
-    unit : str
-        Of the latter.
-    seed : int
-    forced : bool
-        Whether the candidate has a random force.
-
-    Returns
-    -------
-    dict
-        As from :func:`friction_bayes.loop.checks.sampler_check.check_friction`, with the ``share`` of the
-        candidate that was sampled.
-    xarray.DataTree or None
-        What was sampled, if anything.
+    The candidate is the points and sets ``cells``, shape (g, n), ``forced`` where it has a random force; the
+    ``share`` of it that was sampled is in addition to the other fields.
     """
     posterior = fit.posterior
     mine = cells & ((posterior.ratio > 0.0) == forced)[:, None]
@@ -138,15 +106,8 @@ def check_law(
 def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
     """Posterior of a set's shared coefficients, confined to their support, of noise and of any random force.
 
-    Columns are those along the measured motions and noise that grows is as found: neither is sampled.
-
-    Parameters
-    ----------
-    fit : LawFit
-    row : int
-        Which of the posterior's sets.
-    forced : bool
-        Whether there is a random force.
+    Columns are those of set ``row`` of the posterior along the measured motions, and noise that grows is as
+    found: neither is sampled.
     """
     first, columns = fit.fits[0], np.flatnonzero(fit.problem.sets[row])
     frictions = np.isin(columns, fit.law.frictions)

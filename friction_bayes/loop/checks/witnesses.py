@@ -9,7 +9,7 @@ the second is biased by errors of the sensor that follow the direction of motion
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -21,37 +21,14 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.measured_path import MeasuredPath
 
-__all__ = ["Witnesses", "two_witnesses"]
+__all__ = ["two_witnesses"]
 
 
-@dataclass(frozen=True)
-class Witnesses:
-    """Friction by each witness, in the best law and random force, the other coefficients free.
+def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> dict[str, Any]:
+    """The report's ``witnesses``: friction by its loss of energy and by its shape, and whether they agree.
 
-    Attributes
-    ----------
-    loss, shape : Summary
-        Of the loss of amplitude, and of the shape within a cycle; not cut at zero, since a friction that is
-        negative indicates an error.
-    agree : bool
-        Whether they differ by no more than they would by chance.
-    """
-
-    loss: Summary
-    shape: Summary
-    agree: bool
-
-
-def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
-    """Friction by its loss of energy and by its shape.
-
-    Parameters
-    ----------
-    fit : ForceFit
-    unit_force : float
-        Force of one natural unit.
-    unit : str
-        Of that force.
+    In the best law and random force, the other coefficients free; not cut at zero, since a friction that is
+    negative indicates an error. They agree where they differ by no more than by chance. A natural unit of force is ``unit_force`` in ``unit``.
     """
     best = fit.posterior.best
     others = fit.sets.columns[fit.chosen].copy()
@@ -74,11 +51,12 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     sd = np.sqrt(np.diag(covariance))
     apart = math.sqrt(covariance[-2, -2] + covariance[-1, -1] - 2.0 * covariance[-2, -1])
     by_loss, by_shape = (
-        Summary.of_distribution(norm(unit_force * mean[j], unit_force * sd[j]), unit) for j in (-2, -1)
+        Summary.of_distribution(norm(unit_force * mean[j], unit_force * sd[j]), unit).to_dict()
+        for j in (-2, -1)
     )
     by_chance = 2.0 * float(norm.sf(abs(mean[-2] - mean[-1]) / apart))
     agree = by_chance > settings.SETTINGS.false_alarm_rate
-    return Witnesses(by_loss, by_shape, agree=agree)
+    return {"loss": by_loss, "shape": by_shape, "agree": agree}
 
 
 def _losing_part(path: MeasuredPath, force: Array) -> tuple[Array, Array]:

@@ -13,8 +13,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.loop import settings
+from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawColumns
-from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.settings import LoopSettings
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import log_probability
@@ -41,19 +41,7 @@ class ColumnSets:
 
 
 class _Structure(NamedTuple):
-    """Inputs of the sets: the columns that each effect may have.
-
-    Attributes
-    ----------
-    effects : tuple of str
-        Those that have a column.
-    shapes : tuple of tuple of tuple of int
-        The columns of each of their shapes.
-    always, frictions, of_friction : tuple of int
-        Columns that all sets have, those that are a friction, and those that change one.
-    dry_friction, columns : int
-        The column of dry friction alone, and how many there are.
-    """
+    """The columns that each effect may have, in each of its shapes, and those of friction."""
 
     effects: tuple[str, ...]
     shapes: tuple[tuple[tuple[int, ...], ...], ...]
@@ -65,18 +53,9 @@ class _Structure(NamedTuple):
 
 
 class _Sets(NamedTuple):
-    """The sets of a structure, and what their probabilities are made of.
+    """The sets of a structure, m of them, and what their probabilities are made of.
 
-    Attributes
-    ----------
-    effects, columns
-        As of :class:`ColumnSets`.
-    acting : ndarray of int, shape (m,)
-        Number of effects that act.
-    log_rub : ndarray, shape (m,)
-        Logarithm of the probability of dry friction or none.
-    shapes : ndarray of int, shape (m, effects at once)
-        Places of the shapes that it has among those of all effects, in order; one beyond the last for none.
+    Shapes are places among those of all effects, (m, effects at once), in order; beyond the last for none.
     """
 
     effects: tuple[frozenset[str], ...]

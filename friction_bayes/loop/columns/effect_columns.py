@@ -18,11 +18,14 @@ from friction_bayes.decay.spectral_lines import LOG_DECAY_TIME, Line
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import Coordinate, effect_coordinates
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 from friction_bayes.mechanics.integrate import force_along
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 
 __all__ = [
     "NUDGE",
+    "OF_LINES",
     "PRIOR_SCORES",
     "ForceColumn",
     "ForceEvaluator",
@@ -36,6 +39,8 @@ __all__ = [
     "sensor_columns",
 ]
 
+OF_LINES = (PERIODIC_INTERFERENCE.name, SECOND_MODE.name)
+"""Effects that are lines in the spectrum of a law's residual."""
 NUDGE = 1e-4
 """Share of the swing over which a force, or a sensor effect, is differenced."""
 PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
@@ -175,14 +180,9 @@ class ForceEvaluator:
 
 
 class ForceColumn(NamedTuple):
-    """A column of the law and the force behind it.
+    """A column of the law and the force of its unit coefficient at points, shape (m,), natural units.
 
-    Attributes
-    ----------
-    column : LawColumn
-    shaped : callable
-        Force of the unit coefficient at points, shape (m,), natural units, where what shapes it is at a
-        normal score of its prior.
+    What shapes the force is at a normal score of its prior.
     """
 
     column: LawColumn
@@ -342,14 +342,7 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
 
 
 class SensorColumn(NamedTuple):
-    """A column of a sensor effect, and the error that it makes in a signal.
-
-    Attributes
-    ----------
-    column : LawColumn
-    wrong : callable
-        Error of each reading of :class:`Sampled` under the unit coefficient, shape (n block,), natural units.
-    """
+    """A column of a sensor effect, and the error of each reading under its unit coefficient, (n block,)."""
 
     column: LawColumn
     wrong: Callable[[Sampled], Array]

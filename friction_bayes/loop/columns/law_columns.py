@@ -1,8 +1,9 @@
-"""The law of a motion as columns of a linear regression: each effect evaluated along the measured path.
+"""The law of a motion as columns of a regression: each effect evaluated along the measured path.
 
 Columns are in natural units (see :mod:`friction_bayes.statespace.transition`), their
 coefficients are the effects' own parameters in SI units, with the priors of the catalogue. A parameter that
-only shapes a term is evaluated at a few values of its prior, one column each.
+only shapes a term is evaluated at a few values of its prior, one column each. From the second round on they
+are linear about the law of the round before and its sensor effects.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
+    NUDGE,
+    OF_LINES,
     ForceColumn,
     ForceEvaluator,
     LawColumn,
@@ -30,9 +33,8 @@ from friction_bayes.loop.columns.effect_columns import (
     sampled,
     sensor_columns,
 )
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, SensorEffect
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
@@ -40,12 +42,67 @@ from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback, response_at_sensor
 
-__all__ = ["SENSOR_ZERO", "LawColumns", "law_columns"]
+__all__ = ["SENSOR_ZERO", "LawBefore", "LawColumns", "law_columns"]
 
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero is combined with every set: nearly every measured record has one."""
 _OF_START = 2
 """Columns before those of the forces."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawBefore:
+    """A law about which others are linear: its forces and sensor effects, with their coefficients.
+
+    The random force at the samples, shape (n,), does not depend on the motion.
+    """
+
+    forces: tuple[tuple[float, ForceColumn], ...]
+    of_sensor: tuple[tuple[float, SensorColumn], ...]
+    fluctuation: Array
+
+    def gain(self, read: Sampled) -> Array:
+        """A change of the signal as read by the sensor with its effects, shape (n,)."""
+        gain = np.ones(read.phase.size // read.block)
+        for size, each in self.of_sensor:
+            gain += size * each.slope(read)
+        return gain
+
+    def force(self, points: Points) -> Array:
+        """Its force that depends on the motion, shape (m,)."""
+        return sum((size * each.force(points) for size, each in self.forces), np.zeros(points.x.size))
+
+    def feedback(self, path: MeasuredPath) -> Feedback:
+        """How its force changes with the motion along a path."""
+        nudge = NUDGE * float(np.max(np.abs(path.x)))
+
+        def slopes(points: Points, straight: Array) -> Array:
+            by_x, by_v = (
+                self.force(points._replace(**{name: getattr(points, name) + nudge}))
+                - self.force(points._replace(**{name: getattr(points, name) - nudge}))
+                for name in ("x", "v")
+            )
+            # the part of the restoring force that the linear oscillator lacks
+            bent = straight - (np.cos(points.x) if path.pendulum else 1.0)
+            return np.column_stack([bent + by_x / (2.0 * nudge), by_v / (2.0 * nudge)])
+
+        return Feedback(
+            slopes(path.nodes, path.stiffness[path.interval]),
+            slopes(path.samples, path.slope),
+            self._passed(path),
+        )
+
+    def _passed(self, path: MeasuredPath) -> Array:
+        """Acceleration after each turning point over the one before it; none where the mass would stick."""
+        turning, x = path.turning, path.turning_x
+        sample = np.searchsorted(path.phase, turning) - 1
+        towards = np.where(path.v[sample] > 0.0, 1.0, -1.0)
+        rest = np.interp(turning, path.phase, self.fluctuation) - path.restoring(x)
+        still = np.zeros(turning.size)
+        before, after = (rest + self.force(Points(turning, x, still, side)) for side in (towards, -towards))
+        # it is against the motion before; friction, which resists, makes it smaller after
+        share = np.divide(after, before, out=np.zeros(turning.size), where=before * towards < 0.0)
+        return np.clip(share, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,28 +287,13 @@ def law_columns(
     lines: Sequence[Line] = (),
     about: LawBefore | None = None,
 ) -> LawColumns:
-    """Columns of the law along a path.
+    """Columns of the law along a path in natural units of ``w0`` [rad/s], with a rough friction in these.
 
-    Parameters
-    ----------
-    path : MeasuredPath
-        In natural units of ``w0``.
-    record : MovingRecord
-    w0 : float
-        Frequency of the natural units [rad/s].
-    friction : float
-        Rough friction in natural units.
-    lines : sequence of Line
-        Those of each effect, the strongest first.
-    about : LawBefore, optional
-        The law under which the path was smoothed: the columns are the derivatives of its motion. The forces
-        are taken as given along the path by default.
+    Of several lines of an effect the strongest comes first. Columns are the derivatives of the motion of the
+    law ``about`` which the path was smoothed; by default forces are taken as given along the path.
     """
     system, segment, order = record.system, record.segment, record.segment.order
-    ratio = w0 / system.natural_frequency
-    # the factor from the friction coefficient to force stays that of the declared system
-    mass = system.moving * ratio ** (order - 2)
-    stiffness = system.stiffness * ratio**order
+    mass, stiffness = LoopModel(system, (segment,)).mass_and_stiffness(w0 / system.natural_frequency)
     unit = mass * w0**2
     evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, segment.duration, path.phase[0])
     amplitude = record.scales.amplitude * (system.natural_frequency / w0) ** order

@@ -14,11 +14,9 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, margin
-from friction_bayes.loop.columns.effect_columns import LawColumn
-from friction_bayes.loop.columns.lines import OF_LINES
+from friction_bayes.loop.columns.effect_columns import OF_LINES, LawColumn
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.noise.colour import Colour
-from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
+from friction_bayes.loop.noise.correlated_noise import NO_ERROR, Colour, SensorError
 from friction_bayes.mechanics.effects import (
     EFFECTS,
     Effect,

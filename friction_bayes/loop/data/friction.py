@@ -28,13 +28,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Distribution:
-    """Draws of a number with a unit.
-
-    Attributes
-    ----------
-    draws : ndarray, shape (m,)
-    unit : str
-    """
+    """Draws of a number with a unit, shape (m,)."""
 
     draws: Array
     unit: str
@@ -56,23 +50,10 @@ def friction_scale(model: LoopModel) -> tuple[float, str]:
 
 
 def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
-    """Draws of the factor from a model's friction to the reported one.
+    """Draws of the factor from a model's friction to the reported one, shape (size,).
 
     They include the uncertainty of mass and stiffness (see
-    :func:`friction_bayes.core.declared_force.declared_forces`).
-
-    Parameters
-    ----------
-    model : LoopModel
-    frequencies : ndarray, shape (k,)
-        Draws of the natural frequency [rad/s].
-    size : int
-        How many draws.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (size,)
+    :func:`friction_bayes.core.declared_force.declared_forces`), from draws of the natural frequency [rad/s].
     """
     decay = model.segments[0].decay
     found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
@@ -92,13 +73,7 @@ def reported_friction(
 
 
 def friction_of_loss(turning_points: Array) -> float:
-    """Friction over stiffness that alone would explain the loss of amplitude.
-
-    Parameters
-    ----------
-    turning_points : ndarray, shape (turns,)
-        Displacements at which the motion turns, three at least.
-    """
+    """Friction over stiffness that alone would explain the loss of amplitude between three turns or more."""
     middle = float(np.mean(0.5 * (turning_points[1:] + turning_points[:-1])))
     amplitudes = np.abs(turning_points - middle)
     order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
@@ -120,19 +95,11 @@ def friction_along(path: MeasuredPath) -> float:
 
 
 def dry_friction(friction: Distribution, loss: float, tolerance: float) -> dict[str, Any]:
-    """Whether dry friction matters: the probability that it takes more than a share of the loss.
+    """Whether dry friction matters: the probability that it takes more than that share of the loss.
 
-    Its upper limit is that of the draws that have any: with those that have none it would be zero as soon as
+    The ``loss`` is the friction that alone would explain that of amplitude, in the unit of the draws. The
+    upper limit is that of the draws that have any: with those that have none it would be zero as soon as
     these are 95 %.
-
-    Parameters
-    ----------
-    friction : Distribution
-        Draws of friction.
-    loss : float
-        Friction that alone would explain the loss of amplitude, in the same unit.
-    tolerance : float
-        Share of the loss from which on friction matters.
     """
     rubs = friction.draws[friction.draws > 0.0]
     return {

@@ -1,9 +1,9 @@
-"""The signal that Coulomb friction with a set of effects predicts for every record."""
+"""The signal that Coulomb friction with a set of effects predicts for every record, and its derivatives."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -35,28 +35,24 @@ from friction_bayes.mechanics.effects import (
 )
 from friction_bayes.mechanics.integrate import propagator
 
-__all__ = ["LoopModel", "Prediction", "RecordParameters", "sensor_output"]
+__all__ = ["LoopModel", "Prediction", "difference_steps", "prediction_derivatives"]
 
 _RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
+_FIRST_STEP = 1e-3
+"""Difference step in a coordinate before its posterior standard deviation is known."""
+_STEP_SHARE = 0.2
+"""Difference step in posterior standard deviations: far above rounding, far below curvature."""
+_SENSOR_STEP = 1e-7
+"""Difference step of a sensor's term, which is known to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """A predicted signal.
+    """A predicted signal of n samples, ``clean`` of an ideal sensor, with effects that act before the noise.
 
-    Attributes
-    ----------
-    clean : ndarray, shape (n,)
-        Reading of an ideal sensor.
-    signal : ndarray, shape (n,)
-        With the sensor effects that act before the noise.
-    displacement, velocity : ndarray, shape (n,)
-        The motion.
-    turning_times, turning_points : ndarray
-        Where the velocity is zero, and the displacement there.
-    stop_time : float
-        When the final rest begins; infinite where it still moves.
+    With the motion, where its velocity is zero, and when the final rest begins; infinite where it still
+    moves.
     """
 
     clean: Array
@@ -71,16 +67,8 @@ class Prediction:
 class RecordParameters(NamedTuple):
     """Values of the parameters that act on one record.
 
-    Attributes
-    ----------
-    friction : float
-        Friction force of the declared system [N or N m].
-    frequency_ratio : float
-        Fitted over declared natural frequency.
-    displacement, velocity : float
-        State at the start of the record.
-    effects : dict
-        Effect name to values in the order of its parameters.
+    Friction force of the declared system [N or N m], fitted over declared natural frequency, state at the
+    start, and values of each effect in the order of its parameters.
     """
 
     friction: float
@@ -166,10 +154,18 @@ class LoopModel:
         """Position of a parameter in the vector of coordinates."""
         return self._positions[effect, name, record]
 
-    def value(self, z: Array, name: str, *, effect: str = "", record: int = SHARED) -> Array:
-        """Value of a parameter at coordinates of shape (..., p)."""
-        j = self.index(name, effect=effect, record=record)
+    def value(self, z: Array, name: str) -> Array:
+        """Value of a parameter of the law at coordinates of shape (..., p)."""
+        j = self.index(name)
         return np.asarray(self.coordinates[j].value(z[..., j]))
+
+    def coordinates_of(self, values: Mapping[tuple[str, str], Iterable[float]], count: int) -> Array:
+        """Coordinates of ``count`` draws of some parameters, by effect and name; others as a fit starts."""
+        z = np.empty((count, len(self.coordinates)))
+        for j, c in enumerate(self.coordinates):
+            own = values.get((c.effect, c.name))
+            z[:, j] = c.start if own is None else [c.coordinate(float(value)) for value in own]
+        return z
 
     def record_parameters(self, z: Array, r: int) -> RecordParameters:
         """Values of the parameters that act on record ``r``."""
@@ -217,23 +213,10 @@ class LoopModel:
         state: tuple[float, float] | None = None,
         order: int | None = None,
     ) -> Prediction | None:
-        """Prediction of record ``r`` at any times, from another state or for another sensor if given.
+        """Prediction of record ``r`` at any times since its start [s]; None where it is not finite.
 
-        Parameters
-        ----------
-        z : ndarray, shape (p,)
-        r : int
-        time : ndarray, shape (n,)
-            Seconds since the start of the segment.
-        state : tuple of float, optional
-            Displacement and velocity at its first time instead of the fitted ones.
-        order : int, optional
-            Derivative that is measured: 0 displacement, 1 velocity, 2 acceleration.
-
-        Returns
-        -------
-        Prediction or None
-            None when the motion does not stay finite.
+        From another ``state`` than the fitted one, displacement and velocity at the first of these times, and
+        for a sensor of another derivative ``order``, if given.
         """
         if order is None:
             order = self.segments[r].order
@@ -268,3 +251,55 @@ def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, 
         if isinstance(effect, SensorEffect):
             signal = effect.distort(signal, time, *values)
     return signal
+
+
+def difference_steps(precision: Array) -> Array:
+    """A share of each coordinate's standard deviation with the others held, within sane bounds."""
+    return np.clip(_STEP_SHARE / np.sqrt(np.diag(precision)), 1e-7, 1e-2)
+
+
+def prediction_derivatives(
+    model: LoopModel, z: Array, r: int, base: Prediction, steps: Array | None
+) -> Array:
+    """Derivatives of the signal of record ``r`` at ``z``, shape (n, p), about its prediction there.
+
+    Difference ``steps``, shape (p,), are of the coordinates of the motion; None before any posterior is
+    known.
+    """
+    columns = np.zeros((base.signal.size, z.size))
+    for j, c in enumerate(model.coordinates):
+        if c.record not in (SHARED, r):
+            continue
+        if c.is_sensor:
+            columns[:, j] = _of_sensor(model, z, r, j, base)
+        else:
+            columns[:, j] = _of_motion(model, z, r, j, _FIRST_STEP if steps is None else steps[j], base)
+    return columns
+
+
+def _of_sensor(model: LoopModel, z: Array, r: int, j: int, base: Prediction) -> Array:
+    """Derivative in a coordinate of the sensor: the motion stays as it is."""
+    moved = z.copy()
+    moved[j] += _SENSOR_STEP
+    effects = model.record_parameters(moved, r).effects
+    return (sensor_output(base.clean, model.segments[r].time, effects) - base.signal) / _SENSOR_STEP
+
+
+def _of_motion(model: LoopModel, z: Array, r: int, j: int, step: float, base: Prediction) -> Array:
+    """Derivative in a coordinate of the motion; zero where that does not stay finite on either side."""
+    moved = z.copy()
+    moved[j] += step
+    other = model.predict(moved, r)
+    if other is None:
+        moved[j], step = z[j] - step, -step
+        other = model.predict(moved, r)
+        if other is None:
+            return np.zeros(base.signal.size)
+    column = (other.signal - base.signal) / step
+    if model.segments[r].order == 2:
+        # where a turning point passes a sample the acceleration jumps: no derivative there
+        crossed = np.sign(other.velocity) != np.sign(base.velocity)
+        if crossed.any() and not crossed.all():
+            kept = np.flatnonzero(~crossed)
+            column[crossed] = np.interp(np.flatnonzero(crossed), kept, column[kept])
+    return np.asarray(column)

@@ -13,7 +13,7 @@ from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.mechanics.effects import EFFECTS, effect_named, in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["NOISES", "RANDOM_FORCES", "TOLERANCE", "LoopOptions"]
+__all__ = ["NOISES", "TOLERANCE", "LoopOptions"]
 
 NOISES = ("auto", "white", "ar")
 RANDOM_FORCES = ("auto", "none")

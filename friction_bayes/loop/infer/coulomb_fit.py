@@ -17,11 +17,10 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
-from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.columns.law_columns import LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
-from friction_bayes.loop.data.model import LoopModel, Prediction
+from friction_bayes.loop.data.model import LoopModel, Prediction, difference_steps, prediction_derivatives
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
-from friction_bayes.loop.data.prediction_derivatives import difference_steps, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
@@ -135,11 +134,6 @@ class CoulombFit:
 def fit_coulomb(system: Oscillator, segments: tuple[Segment, ...]) -> CoulombFit:
     """A fit of Coulomb friction alone, the rest position free, under white noise.
 
-    Parameters
-    ----------
-    system : Oscillator
-    segments : tuple of Segment
-
     Raises
     ------
     InputError
@@ -159,12 +153,7 @@ def coulomb_mode(model: LoopModel) -> CoulombFit | None:
 def refitted(model: LoopModel, start: Array, share: float) -> CoulombFit | None:
     """A fit of the first part of the records, then more and more of them; None where that fails.
 
-    Parameters
-    ----------
-    model : LoopModel
-    start : ndarray, shape (p,)
-    share : float
-        Share of the moving samples to begin with; three periods at least.
+    It begins with a ``share`` of the moving samples, three periods at least.
     """
     fit, z = None, start
     for samples in _growing(model, share):
@@ -186,10 +175,7 @@ class CoulombStart(NamedTuple):
 def coulomb_start(record: MovingRecord) -> CoulombStart | None:
     """The simulated motion of the Coulomb law that fits the samples of a record best.
 
-    Returns
-    -------
-    CoulombStart or None
-        None where no such law can be fitted, or its mass stops or does not turn within the samples.
+    None where no such law can be fitted, or its mass stops or does not turn within the samples.
     """
     n = record.samples
     model = LoopModel(record.system, (record.segment,), (SENSOR_OFFSET.name,))

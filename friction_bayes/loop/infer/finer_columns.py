@@ -1,4 +1,4 @@
-"""Columns that are not linear in a parameter, refined once a law has them: spectral lines, shapes of terms.
+"""Columns not linear in a parameter: lines found in a residual, refined as shapes are once a law has them.
 
 Lines were found under a law without them, in which the random force represented a part of a second mode, and
 a steady line another. The first round evaluates the shape of a term at a few values of its prior. Both are
@@ -9,19 +9,24 @@ step, and for a shape the spacing of its values in the next round.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.spectral_lines import Line
+from friction_bayes.decay.spectral_lines import Line, LineSearch, decaying_lines, steady_lines
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
+from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.measured_path import Points
 
-__all__ = ["finer_lines", "finer_shapes", "lines_that_show"]
+__all__ = ["finer_shapes", "line_search", "lines_in_residual", "lines_kept"]
+
 
 _LINE_STEP = 0.5
 """Longest, in the logarithm of the decay time, and of the frequency in half widths of the line."""
@@ -33,59 +38,53 @@ _NUDGE = 1e-3
 """Normal scores over which a force is differenced."""
 
 
-def lines_that_show(
-    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
+def line_search(segment: Segment) -> LineSearch:
+    """Where lines of a record are looked for."""
+    chosen, decay = settings.SETTINGS, segment.decay
+    motion = decay.frequency / (2.0 * math.pi)
+    return LineSearch(decay.step, segment.duration, motion, chosen.harmonic_band, chosen.noise_alarm_rate)
+
+
+def lines_in_residual(
+    innovations: Array, force: Array, segment: Segment, known: Sequence[Line], effects: Collection[str]
 ) -> tuple[Line, ...]:
-    """The lines that are larger than noise alone is expected to have one.
+    """Lines of these effects that exceed their surroundings in a spectrum, except known and the motion's.
+
+    In the ``innovations`` under law and random force, in standard deviations, or in that ``force``, which
+    hides lines that the oscillator responds to; shape (n,) both.
+    """
+    search = line_search(segment)
+    found: tuple[Line, ...] = ()
+    if PERIODIC_INTERFERENCE.name in effects:
+        found += steady_lines((innovations, force), search, [line for line in known if line.steady])
+    if SECOND_MODE.name in effects:
+        # not in the force: its spectrum is so steep that windows which begin at once make tops in it
+        found += decaying_lines(innovations, search, [line for line in known if not line.steady])
+    return found
+
+
+def lines_kept(found: LawAlongMotion, law: Array, point: GridPoint) -> tuple[Line, ...]:
+    """The lines that are larger than noise alone is expected to have one, refined.
 
     A line that dies out is also a peak in the spectrum of the whole record, as one that lasts, until the law
-    has it. Lines of an effect that the law lacks are kept.
-
-    Parameters
-    ----------
-    lines : sequence of Line
-    found : LawAlongMotion
-        The law that may have them.
-    law : ndarray, shape (p,)
-        Its coefficients.
-    point : GridPoint
-        The random force in addition to it.
+    of these coefficients, shape (p,), has it. Lines of an effect that the law lacks are kept as they are.
     """
-
-    def shows(line: Line) -> bool:
-        own = _waves(found, line)
-        if not law[own].any():
-            return True
-        waves = found.law.sensor[:, own]
-        power = 0.5 * float(law[own] @ found.regression.products(waves, point) @ law[own]) / point.noise**2
-        return len(waves) * math.exp(-power) <= 1.0
-
-    return tuple(filter(shows, lines))
+    kept = (_finer_line(line, found, law, point) for line in found.lines)
+    return tuple(line for line in kept if line is not None)
 
 
-def finer_lines(
-    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
-) -> tuple[Line, ...]:
-    """The lines, those that die out moved by a Gauss-Newton step of frequency and decay time.
-
-    Parameters
-    ----------
-    lines : sequence of Line
-    found : LawAlongMotion
-        The law that has them.
-    law : ndarray, shape (p,)
-        Its coefficients.
-    point : GridPoint
-        The random force in addition to it.
-    """
-    return tuple(_finer_line(line, found, law, point) for line in lines)
-
-
-def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint) -> Line:
-    regression, own = found.regression, _waves(found, line)
-    if line.steady or not law[own].any():
+def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint) -> Line | None:
+    """The line, moved by a Gauss-Newton step if it dies out; None where it does not show."""
+    regression, own = found.regression, [j for j, c in enumerate(found.law.columns) if c.line == line]
+    if not law[own].any():
         return line
-    sine, cosine = found.law.sensor[:, own].T
+    waves = found.law.sensor[:, own]
+    power = 0.5 * float(law[own] @ regression.products(waves, point) @ law[own]) / point.noise**2
+    if len(waves) * math.exp(-power) > 1.0:
+        return None
+    if line.steady:
+        return line
+    sine, cosine = waves.T
     a, b = law[own]
     decayed = (regression.clock.phase - regression.clock.phase[0]) / (found.w0 * line.decay_time)
     # in half widths of the line, and by the logarithm of the decay time
@@ -100,29 +99,14 @@ def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint)
     )
 
 
-def _waves(found: LawAlongMotion, line: Line) -> list[int]:
-    """Columns of a line."""
-    return [j for j, column in enumerate(found.law.columns) if column.line == line]
-
-
 def finer_shapes(
     founds: Sequence[LawAlongMotion], laws: Sequence[Array], points: Sequence[GridPoint]
 ) -> dict[str, tuple[float, ...]]:
     """Values at which the shape of each effect of a law is evaluated next.
 
-    Parameters
-    ----------
-    founds : sequence of LawAlongMotion, length r
-        The records, which have one law; its shapes are common to them.
-    laws : sequence of ndarray, shape (p,)
-        Its coefficients in each; one that is the same in all is common to them.
-    points : sequence of GridPoint
-        The random force of each in addition to it.
-
-    Returns
-    -------
-    dict
-        Normal scores of the prior by effect; without those that are taken all over it.
+    Normal scores of the prior by effect, without those that are taken all over it. Shapes are common to the
+    records ``founds``, and so are coefficients that are the same in all of their ``laws``, shape (p,);
+    ``points`` are the random forces in addition to these.
     """
     bent = (each.column for _, each in founds[0].law.with_sizes(laws[0]) if each.column.shape)
     scores = {column.effect: column.score for column in bent}

@@ -25,20 +25,9 @@ _HIDDEN = 0.5
 
 
 def integrate_possible(found: LawAlongMotion, prior: ForcePrior, near: GridPoint | None = None) -> Posterior:
-    """Posterior of a law at its mode, given that the best set is possible.
+    """Posterior of a law at its mode, given that the best set is possible: no impossible one would be better.
 
-    Parameters
-    ----------
-    found : LawAlongMotion
-    prior : ForcePrior
-        Of the random force.
-    near : GridPoint, optional
-        A force that is nearly the most probable one.
-
-    Returns
-    -------
-    Posterior
-        Its problem has no set that would be better and is impossible.
+    A force ``near`` the most probable one may be known.
     """
     problem = found.problem
     while True:

@@ -30,23 +30,10 @@ _FEWEST = 20.0
 
 
 def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction: float) -> Array | None:
-    """Where the force may jump, with one more knock than is known.
+    """How far the force may jump in each interval, over the noise, with one more knock; shape (n - 1,).
 
-    Parameters
-    ----------
-    regression : LawRegression
-        Of the record; its clock says where the force may jump already.
-    law : ndarray, shape (p,)
-    best : GridPoint
-        Noise and random force.
-    friction : float
-        That alone explains the loss of amplitude, natural units.
-
-    Returns
-    -------
-    ndarray or None, shape (n - 1,)
-        How far the force may jump in each interval, over the noise: with the new knock, or nowhere if that
-        is one too many. None where there is no other.
+    Nowhere if that is one too many; None where there is no other. The clock of the ``regression`` says where
+    the force may jump already, and ``friction``, natural units, alone explains the loss of amplitude.
     """
     clock = regression.clock
     known = clock.jumps
@@ -107,16 +94,11 @@ def log_odds_of_knocks(jumps: Array) -> float:
 
 
 def jump_tails(regression: LawRegression, law: Array, best: GridPoint) -> tuple[float, float, float]:
-    """Whether the jumps of a random force are larger than those of a normal one: their kurtosis.
+    """Whether the jumps of a random force are larger than those of a normal one.
 
-    Neighbouring scores are correlated; the equivalent number of independent ones has the same variance
-    (of a sum of fourth powers: ``n / sum rho**4``).
-
-    Returns
-    -------
-    kurtosis, independent, p_value : float
-        The kurtosis, for how many independent scores, and the probability of as much (Anscombe and Glynn,
-        1983); 3, 0 and 1 where there is no random force or too short a record.
+    Their kurtosis, for how many independent scores, and the probability of as much (Anscombe and Glynn,
+    1983); 3, 0 and 1 where there is no random force. Neighbouring scores are correlated; the equivalent
+    number of independent ones has the same variance (of a sum of fourth powers: ``n / sum rho**4``).
     """
     if best.ratio == 0.0:
         return 3.0, 0.0, 1.0

@@ -12,12 +12,11 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
+from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns, law_columns
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.noise.robust_samples import LeftOut
+from friction_bayes.loop.noise.likelihood import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.kalman import Clock
@@ -69,20 +68,11 @@ class LawAlongMotion:
         friction: float | None = None,
         about: LawBefore | None = None,
     ) -> LawAlongMotion | None:
-        """The law of a record along a motion; None where that holds too few turning points.
+        """The law of a record along a motion in units of ``w0`` [rad/s]; None with too few turning points.
 
-        Parameters
-        ----------
-        record : MovingRecord
-        motion : SmoothedMotion
-        w0 : float
-            Frequency of the natural units [rad/s].
-        lines : sequence of Line
-            Those of each effect, the strongest first.
-        friction : float, optional
-            Rough friction, natural units; what explains the loss of amplitude by default.
-        about : LawBefore, optional
-            The law about which the columns are linear; forces along the motion alone by default.
+        Of several lines of an effect the strongest comes first. A rough ``friction``, natural units, is what
+        explains the loss of amplitude by default. Columns are linear ``about`` a law; forces along the motion
+        alone by default.
         """
         x, v = motion.states[:, :2].T.copy()
         pendulum = record.system.pendulum
@@ -120,13 +110,7 @@ class LawAlongMotion:
         return self.record.segment
 
     def shown(self, at_nodes: Array, at_samples: Array) -> Array:
-        """What the record shows of forces along the motion, shape (n, f).
-
-        Parameters
-        ----------
-        at_nodes : ndarray, shape (nodes, f)
-        at_samples : ndarray, shape (n, f)
-        """
+        """What the record shows, shape (n, f), of forces along the motion, shape (nodes, f) and (n, f)."""
         feedback, row = self.law.feedback, self.regression.row
         answered = response_at_sensor(self.path, row, at_nodes, at_samples, feedback=feedback)[1]
         return self.law.recorded(answered)

@@ -19,16 +19,7 @@ from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = [
-    "DRAWS",
-    "LEAST_PROBABILITY",
-    "DrawnLaws",
-    "LawDraws",
-    "draw_laws",
-    "laws_drawn",
-    "shared_out",
-    "unit_force",
-]
+__all__ = ["DRAWS", "LEAST_PROBABILITY", "DrawnLaws", "LawDraws", "draw_laws", "shared_out", "unit_force"]
 
 DRAWS = 4000
 LEAST_PROBABILITY = 1e-4
@@ -43,13 +34,6 @@ def shared_out(draws: int, weight: Array, rng: np.random.Generator) -> Integers:
 
     Systematic sampling (Kitagawa, J. Comput. Graph. Stat. 5, 1996), unbiased as multinomial numbers are, but
     without their scatter, which an sd due to a few far draws would inherit.
-
-    Parameters
-    ----------
-    draws : int
-    weight : ndarray, shape (parts,)
-        Not negative; need not add up to one.
-    rng : numpy.random.Generator
     """
     upto = np.cumsum(weight)
     # the last is one without rounding

@@ -21,9 +21,8 @@ from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.law_columns import LawColumns
-from friction_bayes.loop.columns.lines import OF_LINES
+from friction_bayes.loop.columns.effect_columns import OF_LINES
+from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.options import LoopOptions
@@ -31,12 +30,7 @@ from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.finer_columns import finer_shapes
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
-from friction_bayes.loop.infer.record_fit import (
-    ForceFit,
-    fit_random_force,
-    force_fit,
-    too_few_turning_points,
-)
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, too_few_turning_points
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.problem import Member, Problem, Spread
@@ -160,21 +154,9 @@ def fit_law(
     options: LoopOptions,
     progress: Callable[[str], None] | None = None,
 ) -> LawFit:
-    """The analysis of one or several records of one quantity.
+    """The analysis of one or several records of one quantity, the name of each told to ``progress``.
 
-    Parameters
-    ----------
-    segments : sequence of Segment, length r
-    system : Oscillator
-        The declared system.
-    options : LoopOptions
-        Where friction is not known to vary, that it does is as probable as a slight effect.
-    progress : callable, optional
-        Called with the name of each record.
-
-    Returns
-    -------
-    LawFit
+    Where friction is not known to vary, that it does is as probable as a slight effect.
 
     Raises
     ------

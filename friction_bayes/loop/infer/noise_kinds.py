@@ -1,7 +1,13 @@
-"""Kinds of sensor noise in addition to white: outliers, growth with the motion, both or neither.
+r"""Kinds of sensor noise in addition to white: outliers, growth with the motion, both or neither.
 
 They are evaluated at the law and the random force of the record without outliers or with them: the
 distribution of the noise hardly changes the probabilities of the sets of effects.
+
+Noise grows with the signal, or with its rate as sample times that jitter. A sample that is late by ``s z``
+has an error of ``s z`` times the rate of the signal, one with a gain error of ``s z`` an error of ``s z``
+times the signal. With ``g_i`` that rate or signal, sample ``i`` has the variance
+``sigma**2 (1 + (g_i s / sigma)**2)``, which the filter uses. The evidence of growth is computed at the mode
+of the random force, whose sd is kept, with ``log s`` integrated by Laplace's method.
 """
 
 from __future__ import annotations
@@ -12,36 +18,36 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
-from friction_bayes.loop.noise.colour import Colour
-from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
+from friction_bayes.loop.noise.correlated_noise import BestSet, Colour
 from friction_bayes.loop.noise.likelihood import NoiseFit
-from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
+from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect, Prior
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
+from friction_bayes.statespace.kalman import Clock
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.regression import LawRegression
 
-__all__ = ["NoiseKinds", "evaluate_sensor_noise", "log_convention"]
+__all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
+
+_SHARES = np.geomspace(0.05, 12.8, 9)
+"""Noise that grows over that of one size, both over the whole record, between which the mode is sought."""
+_STENCIL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class NoiseKinds:
-    """The kinds of noise that were evaluated, and the one that the posterior takes.
+    """The kinds of noise that were evaluated, by their effects, and the one that the posterior takes.
 
-    Attributes
-    ----------
-    log_odds : mapping of frozenset of str to float
-        Of each kind by its effects against white noise alone, which comes first; prior odds included.
-    effects : frozenset of str
-        Of the most probable.
-    growth : NoiseGrowth or None
-        Of the noise with the motion, the most probable; None where none may act.
-    outliers : NoiseFit or None
-        Noise with outliers about what all other samples predict; None where not evaluated.
+    Log odds, priors included, are against white noise alone, which comes first. The growth is the most
+    probable, None where none may act; outliers are about what all other samples predict, None where not
+    evaluated.
     """
 
     log_odds: Mapping[frozenset[str], float]
@@ -89,21 +95,10 @@ def log_convention(used: int, unit: float) -> float:
 def evaluate_sensor_noise(
     along: LawAlongMotion, cleaned: LawAlongMotion
 ) -> tuple[LawAlongMotion, Posterior, NoiseKinds]:
-    """Evidence of each kind of noise, and the posterior over the random force under the most probable.
+    """The law under the most probable kind of noise, its posterior over the random force, and all kinds.
 
-    Parameters
-    ----------
-    along : LawAlongMotion
-        The law of the record.
-    cleaned : LawAlongMotion
-        The same without the samples that are outliers if there are any; ``along`` itself where none are.
-
-    Returns
-    -------
-    along : LawAlongMotion
-        Under the most probable noise.
-    posterior : Posterior
-    noise : NoiseKinds
+    ``cleaned`` is the law without the samples that are outliers if there are any; ``along`` itself where none
+    are.
     """
     evaluated = _given_samples(along, contaminated=False)
     if cleaned is not along:
@@ -173,3 +168,85 @@ def _noise_growth(along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | 
                 )
             )
     return max(growths, key=lambda growth: growth.log_odds, default=None)
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseGrowth:
+    """Noise of a record that grows with its motion, given that it does, and the probability of that.
+
+    Attributes
+    ----------
+    effect : GrowingNoiseEffect
+    log_odds : float
+        Of growth against none, prior odds included.
+    ratio : float
+        The size, a parameter of the effect, over the sd of the noise of one size in natural units.
+    log_sd : float
+        Standard deviation of its logarithm.
+    clock : Clock
+        Time stamps with the noise that it makes of them.
+    """
+
+    effect: GrowingNoiseEffect
+    log_odds: float
+    ratio: float
+    log_sd: float
+    clock: Clock
+
+    @property
+    def found(self) -> bool:
+        """Whether it is more probable than not."""
+        return self.log_odds > 0.0
+
+
+def find_noise_growth(
+    effect: GrowingNoiseEffect,
+    regression: LawRegression,
+    posterior: Posterior,
+    path: MeasuredPath,
+    order: int,
+    w0: float,
+    prior: Prior,
+) -> NoiseGrowth:
+    """Noise that grows, with its evidence over noise of one size, at the ``posterior`` of the random force.
+
+    The ``regression`` has noise of one size; the sensor shows the derivative ``order``, ``w0`` [rad/s] is the
+    frequency of the natural units, and the log-normal ``prior`` that of the size in one value.
+    """
+    clock, force, best = regression.clock, posterior.best, BestSet(regression, posterior)
+    # errors at a jump of the acceleration are not errors of time
+    rate = (path.v, np.gradient(path.v, path.phase), -path.slope * path.v)[order]
+    signal = path.reading(order, path.x, path.v)
+    growth = effect.grows_with(signal, w0 * rate)
+    mean_square = float(np.mean(growth**2))
+
+    def clock_at(ratio: float) -> Clock:
+        return replace(clock, variance=clock.variance * (1.0 + (ratio * growth) ** 2))
+
+    def log_weight(clock: Clock, spread: float) -> tuple[float, float]:
+        value, noise2 = best.under(clock, force.ratio * spread, force.tau)
+        return value, math.sqrt(noise2)
+
+    def density(log_ratio: float) -> float:
+        """Log posterior density of the logarithm of the size; the other noise is reduced accordingly."""
+        ratio = math.exp(log_ratio)
+        value, noise = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))
+        size = ratio * noise
+        return value + float(prior.log_density(size)) + math.log(size)
+
+    grid = np.log(_SHARES / math.sqrt(mean_square))
+    values = [density(x) for x in grid]
+    k = min(max(int(np.argmax(values)), 1), grid.size - 2)
+    climbed = minimize_scalar(
+        lambda x: -density(x),
+        bounds=(grid[k - 1], grid[k + 1]),
+        method="bounded",
+        options={"xatol": 0.03, "maxiter": 12},
+    )
+    mode, top = float(climbed.x), -float(climbed.fun)
+    bend = (density(mode + _STENCIL) - 2.0 * top + density(mode - _STENCIL)) / _STENCIL**2
+    log_sd = 1.0 / math.sqrt(max(-bend, 1.0 / prior.scale**2))
+    log_evidence = top + 0.5 * math.log(2.0 * math.pi) + math.log(log_sd)
+    log_odds = prior_log_odds() + log_evidence - log_weight(clock, 1.0)[0]
+    ratio = math.exp(mode)
+    return NoiseGrowth(effect, log_odds, ratio, log_sd, clock_at(ratio))

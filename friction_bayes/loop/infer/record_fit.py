@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -24,11 +24,10 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.law_along_motion import LEAST_TURNS, LawAlongMotion
-from friction_bayes.loop.infer.noise_kinds import NoiseKinds, evaluate_sensor_noise
+from friction_bayes.loop.infer.noise_kinds import NoiseGrowth, NoiseKinds, evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.infer.settle import settle
-from friction_bayes.loop.noise.colour import Colour
-from friction_bayes.loop.noise.growing_noise import NoiseGrowth
+from friction_bayes.loop.noise.correlated_noise import Colour
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.smoother import SmoothedMotion
@@ -152,22 +151,9 @@ def fit_random_force(
     *,
     noise: str = "auto",
 ) -> ForceFit | None:
-    """The analysis of one record.
+    """The analysis of one record, with the effects ``allowed``; None where it has too few turning points.
 
-    Parameters
-    ----------
-    segment : Segment
-    system : Oscillator
-        The declared system.
-    allowed : sequence of str
-        Effects that may act.
-    noise : {"auto", "white", "ar"}
-        Noise of the sensor: white or what it shows, white, or coloured where it can be.
-
-    Returns
-    -------
-    ForceFit or None
-        None where the record has too few turning points.
+    Noise of the sensor is white or what it shows ("auto"), white, or coloured where it can be ("ar").
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), noise=noise)
     return _fit_of(settle(whole))
@@ -177,19 +163,7 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
     """The analysis of the first samples of a record that has been analysed as a whole.
 
     It was recorded through the filter that was found in the whole, or none, and its noise is coloured if that
-    was.
-
-    Parameters
-    ----------
-    fit : ForceFit
-    allowed : sequence of str
-        Effects that may act.
-    samples : int
-
-    Returns
-    -------
-    ForceFit or None
-        None where these have too few turning points.
+    was. None where these samples have too few turning points.
     """
     filter_, known = fit.law.filter, fit.record
     noise = "ar" if isinstance(known.error, Colour) else known.noise
@@ -227,13 +201,7 @@ def force_fit(
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
-        record=found.record,
-        w0=found.w0,
-        path=found.path,
-        law=found.law,
-        sets=found.sets,
-        regression=found.regression,
-        prior=found.prior,
+        **{each.name: getattr(found, each.name) for each in fields(LawAlongMotion)},
         posterior=posterior,
         coefficients=coefficients,
         motion=found.regression.smoothed(coefficients, posterior.best),

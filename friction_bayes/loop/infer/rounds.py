@@ -17,19 +17,26 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.lines import lines_in_residual
+from friction_bayes.estimators.noise.filter_evidence import likely_filters
+from friction_bayes.estimators.noise.free_corners import corner_columns
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
+from friction_bayes.loop.columns.law_columns import LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
-from friction_bayes.loop.infer.behind_filter import filter_of
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
-from friction_bayes.loop.infer.finer_columns import finer_lines, finer_shapes, lines_that_show
+from friction_bayes.loop.infer.finer_columns import finer_shapes, lines_in_residual, lines_kept
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
-from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
-from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
-from friction_bayes.loop.noise.robust_samples import come_anywhere
+from friction_bayes.loop.noise.correlated_noise import (
+    NO_ERROR,
+    Colour,
+    SensorError,
+    colour_near_motion,
+    colour_of,
+    find_sensor_error,
+)
+from friction_bayes.loop.noise.likelihood import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import GridPoint
@@ -170,8 +177,7 @@ class Round:
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
         more = lines_in_residual(white, smoothed.states[:, 2], segment, found.lines, whole.effects)
-        showing = lines_that_show(found.lines, found, law, best)
-        lines = (*finer_lines(showing, found, law, best), *more)
+        kept = lines_kept(found, law, best)
         error = self._next_error
         if error is not None:
             whole = replace(whole, error=error)
@@ -184,10 +190,10 @@ class Round:
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
         about = found.law.before(law, motion.states[:, 2])
-        whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, lines, about)
+        whole, along = _law_along(whole, ceiling | outliers, motion, found.w0 * change, (*kept, *more), about)
         if along is None or not along.determined:
             return None
-        other_lines = bool(more) or len(showing) < len(found.lines)
+        other_lines = bool(more) or len(kept) < len(found.lines)
         return replace(
             self,
             whole=whole,
@@ -351,3 +357,22 @@ def _law_along(
         return whole, along
     whole = whole.of_one_column(along.law.columns)
     return whole, LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)
+
+
+def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
+    """The mean of a record's probable filters, with their differences; None where none is as probable.
+
+    As :func:`friction_bayes.estimate` finds it (:mod:`friction_bayes.estimators.noise.filter_evidence`),
+    along the motion of a law ``found`` as if there were no filter, without the samples ``missing``. Forces
+    other than friction are represented by a swing of varying amplitude and phase: above the motion's
+    frequency they are small next to the corners.
+    """
+    law, clock, path = found.law, found.clock, found.path
+    if not clock.even:
+        return None
+    plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
+    corners = np.hstack([plain, corner_columns(path)])
+    signal = np.where(missing, np.nan, found.regression.target + law.known)
+    angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
+    filters = likely_filters(signal, law.known, plain, corners, angle, found.segment.order)
+    return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None

@@ -16,7 +16,7 @@ from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.noise.colour import is_coloured
+from friction_bayes.loop.noise.correlated_noise import is_coloured
 
 __all__ = ["settle"]
 
@@ -35,16 +35,8 @@ _MOST_FILTERS = 3
 def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     """The round in which the law of a record has converged and the force requires no other knock.
 
-    Parameters
-    ----------
-    whole : MovingRecord
-    filters : bool
-        Whether a filter that the record went through is looked for; not behind one that is known.
-
-    Returns
-    -------
-    Round or None
-        The last; None where one holds too few turning points.
+    None where one holds too few turning points. No filter is looked for behind one that is known, or without
+    ``filters``.
     """
     first = Round.first(whole)
     still = _settled(first)

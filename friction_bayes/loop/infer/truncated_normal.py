@@ -13,13 +13,7 @@ __all__ = ["interval_quantile", "log_interval_probability", "truncated_draws"]
 
 
 def log_interval_probability(low: Array, high: Array) -> Array:
-    """Log-probability that a standard normal lies in an interval, however far out.
-
-    Parameters
-    ----------
-    low, high : ndarray, same shape
-        Scores; may be infinite.
-    """
+    """Log-probability that a standard normal lies between scores, which may be infinite, however far out."""
     # by symmetry on the side where both ends are far below zero
     flip = high > -low
     near = np.where(flip, -low, high)

@@ -14,13 +14,12 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.contradictions import contradictions
+from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
-from friction_bayes.loop.checks.forecast import forecast
-from friction_bayes.loop.checks.held_out import Forecast
+from friction_bayes.loop.checks.forecast import Forecast, forecast
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
-from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.checks.witnesses import two_witnesses
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
@@ -30,11 +29,8 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
 from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.cells import cells_of
-from friction_bayes.loop.mixture.mixture import CandidateMixture, ranked
+from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
-from friction_bayes.loop.report.between_records import friction_between_records
-from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
     line_summary,
@@ -42,10 +38,8 @@ from friction_bayes.loop.report.effect_summaries import (
     parameter_summary,
     parameter_units,
 )
-from friction_bayes.loop.report.knock_notes import knock_notes
-from friction_bayes.loop.report.motion_trace import motion_trace
-from friction_bayes.loop.report.next_experiment import Contender
-from friction_bayes.loop.report.reference_force import ResistingForce
+from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
+from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import credible_count
 from friction_bayes.mechanics.effects import in_catalogue_order
@@ -138,18 +132,14 @@ class Candidates:
         return check_law(self.fit, mine, self.factor, self.unit, seed, forced=self._fluctuates)
 
     @cached_property
-    def _witnesses(self) -> Witnesses | None:
-        """In the best law of one record, friction in the unit of the report; None without a random force."""
+    def witnesses(self) -> dict[str, Any] | None:
+        """Friction by the loss of amplitude and by the shape within a cycle; None where not compared.
+
+        Of several records they are not, nor without a random force.
+        """
         if not (self.fit.one and self._fluctuates):
             return None
         return two_witnesses(self.best[0], self.factor * self.fit.law.unit_force, self.unit)
-
-    def witnesses(self) -> dict[str, Any] | None:
-        """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
-        found = self._witnesses
-        if found is None:
-            return None
-        return {"loss": found.loss.to_dict(), "shape": found.shape.to_dict(), "agree": found.agree}
 
     def between_records(self) -> dict[str, Any] | None:
         """Friction of each of several records and its spread between them."""
@@ -293,10 +283,11 @@ class Candidates:
         cycle is biased by errors of the sensor that follow the direction, and by a law that is not quite the
         contact's.
         """
-        shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self._witnesses
-        if found is None or found.agree:
+        shift, found = _friction_shift(self.best[self._worst], self._left[self._worst]), self.witnesses
+        if found is None or found["agree"]:
             return shift
-        return max(shift, abs(found.loss.mean / self.factor - float(self._friction[self._of_best].mean())))
+        by_law = float(self._friction[self._of_best].mean())
+        return max(shift, abs(found["loss"]["mean"] / self.factor - by_law))
 
     def left(self) -> dict[str, Any]:
         """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
@@ -377,14 +368,12 @@ class Candidates:
             return self.before.model, self.before.z
         return law.model, law.z
 
-    def resisting_force(self) -> ResistingForce:
+    def resisting_force(self) -> tuple[Array, Array | None, Array]:
+        """Force of the law, contribution of a random force or None, and direction of motion, shape (n,)."""
         fit, law = self.best[0], self.best[0].law
-        resisting = law.resisting
-        return ResistingForce(
-            law=-law.unit_force * (law.forces[:, resisting] @ fit.coefficients[resisting]),
-            fluctuation=-law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None,
-            direction=np.sign(fit.path.v),
-        )
+        of_law = law.forces[:, law.resisting] @ fit.coefficients[law.resisting]
+        fluctuation = -law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None
+        return -law.unit_force * of_law, fluctuation, np.sign(fit.path.v)
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self._candidate == self.sets.index(names))
@@ -397,18 +386,7 @@ def candidates_of(
     rng: np.random.Generator,
     progress: Callable[[str], None] | None = None,
 ) -> Candidates:
-    """Candidates of one or several records.
-
-    Parameters
-    ----------
-    segments : tuple of Segment, length r
-    system : Oscillator
-        The declared system.
-    options : LoopOptions
-    rng : numpy.random.Generator
-        Of the draws.
-    progress : callable, optional
-        Called with the name of each record.
+    """Candidates of one or several records; ``progress`` is called with the name of each.
 
     Raises
     ------

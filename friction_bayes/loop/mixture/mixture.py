@@ -1,36 +1,152 @@
-"""The posterior over all candidates, and friction averaged over them.
+r"""The posterior over all candidates, friction averaged over them, and how far other priors would shift it.
 
-Every candidate has its evidence on one scale, so that the posterior is one mixture. Numbers of the record are
-summaries of that mixture; residuals and parameters, which belong to one law, are reported for the most
-probable candidate.
+The analysis evaluates points of a grid over the random force, and sets of columns; one candidate comprises
+all of those with the same effects. Every candidate has its evidence on one scale, so that the posterior is
+one mixture. Numbers of the record are summaries of that mixture; residuals and parameters, which belong to
+one law, are reported for the most probable candidate.
+
+Coefficients of effects are normal, scaled by the set-up. Were all priors :math:`f` times as wide, a draw with
+:math:`n` coefficients whose squares add up to :math:`S` variances of the prior would have the weight
+
+.. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
+
+(importance weights, Kallioinen et al., Stat. Comput. 34, 2024). With another number of effects
+expected, the weight of a draw is the ratio of the prior probabilities of its set among the effects evaluated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
 
 import numpy as np
+from scipy import special
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.summary import TAILS
 from friction_bayes.loop import settings
-from friction_bayes.loop.mixture.cells import Names
+from friction_bayes.loop.infer.law_fit import LawFit
+from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.slight_effects import SlightForce
+from friction_bayes.mechanics.effects.inclusion import EXPECTED, log_probability
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["CandidateMixture", "ranked"]
+__all__ = ["CandidateMixture", "Cells", "Names", "cells_of", "prior_sensitivity", "ranked"]
 
+Names = frozenset[str]
+
+_LEAST = 1e-12
+"""Least share of the total probability that counts."""
 _LEAST_PROBABILITY = 1e-9
 """Of a candidate that is listed."""
+_FACTORS = (0.1, 10.0)
+_EXPECTED = {"inclusion_halved": 0.5 * EXPECTED, "inclusion_doubled": 2.0 * EXPECTED}
+_LEAST_DRAWS = 50.0
+"""Effective number of draws below which no value is reported."""
+_LARGEST_ERROR = 0.1
+"""Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Probability of each set of columns at each point of the grid, under each kind of noise, (j, g, m).
+
+    Zero where that is no candidate; the sum need not be one. Points are ``forced`` with a random force; sets
+    and kinds of noise are known by their effects.
+    """
+
+    weight: Array
+    forced: Mask
+    effects: Sequence[Names]
+    noises: Sequence[Names] = (frozenset(),)
+
+    @property
+    def total(self) -> Array:
+        """Probability of points and sets, shape (g, m)."""
+        return np.asarray(self.weight.sum(axis=0))
+
+    @cached_property
+    def _sets(self) -> tuple[list[Names], Integers]:
+        """Distinct sets of effects, and the index of that of each set of columns, shape (m,)."""
+        different = list(dict.fromkeys(self.effects))
+        place = {names: i for i, names in enumerate(different)}
+        return different, np.array([place[names] for names in self.effects])
+
+    @cached_property
+    def probabilities(self) -> dict[Names, float]:
+        """Probability of each candidate that counts."""
+        different, which = self._sets
+        found: dict[Names, float] = {}
+        for noise, weight in zip(self.noises, self.weight, strict=True):
+            for forced in (False, True):
+                some = weight[self.forced == forced].sum(axis=0)
+                sums = np.bincount(which, some, len(different))
+                for i in np.flatnonzero(sums > _LEAST * self.weight.sum()):
+                    found[self._names(different[i], forced, noise)] = float(sums[i])
+        return found
+
+    @staticmethod
+    def _names(effects: Names, forced: int, noise: Names) -> Names:
+        return effects | noise | ({RANDOM_FORCE.name} if forced else set())
+
+    def places(self, sets: Sequence[Names]) -> Integers:
+        """Index of the candidate that each cell belongs to, shape (j, g, m); -1 without one."""
+        different, which = self._sets
+        place = {names: i for i, names in enumerate(sets)}
+        table = np.array(
+            [
+                [
+                    [place.get(self._names(names, forced, noise), -1) for names in different]
+                    for forced in (0, 1)
+                ]
+                for noise in self.noises
+            ]
+        )
+        return np.asarray(table[:, self.forced.astype(int)][:, :, which])
+
+
+def _unknowable(fit: ForceFit) -> set[str]:
+    """Effects on which the samples have almost no information, start and friction free.
+
+    A constant force in an acceleration record is one: its probability would stay that of its prior.
+    """
+    always = [*fit.law.always, fit.law.dry_friction]
+    gram = fit.regression.whiten_at(0.0, 1.0).gram[:-1, :-1] / fit.posterior.points[0].found.full_noise2
+    absorbed = np.linalg.solve(gram[np.ix_(always, always)] + np.eye(len(always)), gram[always])
+    left = np.diag(gram) - np.sum(gram[:, always].T * absorbed, axis=0)
+    informed = left > settings.SETTINGS.least_information
+    names = {column.effect for column in fit.law.columns if column.kind == "effect"}
+    return {
+        name
+        for name in names
+        if not any(informed[j] for columns in fit.law.alternatives(name) for j in columns)
+    }
+
+
+def cells_of(fit: LawFit) -> Cells:
+    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
+    nothing = set.intersection(*(_unknowable(one) for one in fit.alone))
+    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
+    certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
+    noises = {certain: 1.0}
+    for one in fit.alone:
+        # what one record's sensor has, the records have
+        pairs = list(product(noises.items(), one.sensor_noise.probabilities(len(fit.alone)).items()))
+        noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
+        for (names, share), (more, probability) in pairs:
+            noises[names | more] += share * probability
+    weights = [probability * known * fit.weight for probability in noises.values()]
+    return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
 
 
 def ranked(probability: Mapping[Names, float]) -> tuple[tuple[Names, ...], Array]:
     """The candidates that are listed, most probable first, and their probabilities.
 
-    Parameters
-    ----------
-    probability : mapping of frozenset of str to float
-        Of each candidate, or in proportion to it; the empty set is listed whatever its own.
+    Of numbers in proportion to these; the empty set is listed whatever its own.
     """
     pairs = sorted(probability.items(), key=lambda pair: -pair[1])
     share = np.array([p for _, p in pairs])
@@ -119,3 +235,31 @@ class CandidateMixture:
         own = [self.friction[self.candidate == c] for c in range(count)]
         low, high = np.quantile(own[0], TAILS) if own[0].size else (-np.inf, np.inf)
         return np.array([bool(each.size) and not low <= each.mean() <= high for each in own])
+
+
+def prior_sensitivity(mixture: CandidateMixture, evaluated: int) -> dict[str, float | None]:
+    """Shift of friction's mean in its own standard deviations, of sets of so many effects ``evaluated``.
+
+    By the factor on the scale of the priors, and with half and twice the number of effects expected. None
+    where too few of the draws would count, or a few far ones too much: the posterior with those priors lies
+    elsewhere. Nuisances too slight to show (:mod:`friction_bayes.loop.mixture.slight_effects`) keep their
+    size.
+    """
+    # effects that are certain are in all sets, and make one factor; a draw without a set counts as of none
+    effects = np.append([len(names) for names in mixture.sets], 0)[mixture.candidate]
+    ratios = {
+        f"{factor:g}": -mixture.coefficients * math.log(factor) - 0.5 * mixture.squares * (factor**-2 - 1.0)
+        for factor in _FACTORS
+    } | {
+        name: log_probability(effects, evaluated, expected) - log_probability(effects, evaluated)
+        for name, expected in _EXPECTED.items()
+    }
+    sd = float(mixture.friction.std(ddof=1))
+    found: dict[str, float | None] = {}
+    for name, log_ratio in ratios.items():
+        weight = special.softmax(log_ratio)
+        mean = float(weight @ mixture.friction)
+        error = float(np.linalg.norm(weight * (mixture.friction - mean)))
+        enough = 1.0 / float(weight @ weight) > _LEAST_DRAWS and error < _LARGEST_ERROR * sd
+        found[name] = (mean - float(mixture.friction.mean())) / sd if enough else None
+    return found

@@ -46,8 +46,6 @@ __all__ = [
     "SlightEffect",
     "SlightForce",
     "friction_with_slight_effects",
-    "slight_effects_lacking",
-    "slight_effects_of",
     "slight_force",
     "with_slight_effects",
 ]
@@ -87,18 +85,10 @@ class SlightEffect:
         follow: float,
         effects: Iterable[str],
     ) -> SlightEffect:
-        """From the normal likelihood of the coefficient, the candidate's own parameters integrated.
+        """From mean and precision of the coefficient's likelihood, the candidate's own parameters integrated.
 
-        Parameters
-        ----------
-        estimate, information : float
-            Mean and precision of the likelihood.
-        support : tuple of float
-            Of the effect's coefficient; that of the nuisance goes below zero.
-        follow : float
-            Change of friction a unit of it [N or N m].
-        effects : iterable of str
-            Effects of the candidate.
+        The ``support`` is that of the effect's coefficient, below which the nuisance goes, ``follow`` the
+        change of friction a unit of it [N or N m], and ``effects`` are those of the candidate.
         """
         low, high = min(support[0], -settings.SETTINGS.gain_rise), support[1]
         scale = min(settings.SETTINGS.unseen / math.sqrt(information), 1.0)
@@ -140,17 +130,7 @@ def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np
 
 
 def friction_with_slight_effects(laws: DrawnLaws, fit: LawFit, rng: np.random.Generator) -> Array:
-    """Draws of friction [N or N m], shape (k,), with the uncertainty from slight effects included.
-
-    See :mod:`friction_bayes.loop.mixture.slight_effects`.
-
-    Parameters
-    ----------
-    laws : DrawnLaws
-    fit : LawFit
-        From which they were drawn.
-    rng : numpy.random.Generator
-    """
+    """Draws of friction [N or N m], shape (k,), with the uncertainty from slight effects included."""
     friction = laws.friction.copy()
     kinds, kind = np.unique(np.column_stack([laws.first.point, laws.row]), axis=0, return_inverse=True)
     for i, (g, row) in enumerate(kinds):
@@ -186,14 +166,9 @@ def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
 
 @dataclass(frozen=True)
 class SlightForce:
-    """A random force as a nuisance in addition to a candidate without one.
+    """A random force as a nuisance in addition to a candidate without one, and the probability that it acts.
 
-    Attributes
-    ----------
-    probability : float
-        That it acts.
-    shift, sd : float
-        Change of the mean of friction where it acts, and an independent error [N or N m].
+    It changes the mean of friction and adds an independent error [N or N m].
     """
 
     probability: float
@@ -213,10 +188,7 @@ class SlightForce:
 def slight_force(fit: LawFit) -> SlightForce | None:
     """The force that records may hide, in addition to their most probable law without one.
 
-    Returns
-    -------
-    SlightForce or None
-        None where that law has no dry friction, or the records determine every force.
+    None where that law has no dry friction, or the records determine every force.
     """
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
     best = none.chosen

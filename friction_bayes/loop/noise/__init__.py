@@ -1,1 +1,1 @@
-"""The noise of the sensor: its likelihood, its colour, its growth with the motion, and outliers."""
+"""The noise of the sensor: its likelihood with outliers, and what neighbouring samples share of it."""

@@ -55,15 +55,7 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
 def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str, Any]:
     """A line in the spectrum of one record: frequency, decay time (None where it lasts) and amplitude.
 
-    Parameters
-    ----------
-    record : int
-        Which of the records.
-    drawn : mapping of str to ndarray
-        Draws of its ``frequency``, of its ``sine`` and ``cosine`` and, of one that dies out, its
-        ``decay_time``.
-    unit : str
-        Of the signal.
+    Drawn are its ``frequency``, ``sine`` and ``cosine`` and, of one that dies out, ``decay_time``.
     """
     decay_time = drawn.get("decay_time")
     return {
@@ -78,18 +70,11 @@ def outlier_parameters(samples: int, noise: NoiseFit, units: dict[str, str]) -> 
     """Fraction and scale of outliers, found of so many samples."""
     n = max(samples, 1)
     count = max(noise.fraction * n, 1.0)
-    return {
-        "fraction": {
-            "mean": noise.fraction,
-            "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
-            "unit": units["fraction"],
-        },
-        "scale": {
-            "mean": noise.scale,
-            "sd": noise.scale / math.sqrt(2.0 * count),
-            "unit": units["scale"],
-        },
+    sds = {
+        "fraction": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
+        "scale": noise.scale / math.sqrt(2.0 * count),
     }
+    return {name: {"mean": getattr(noise, name), "sd": sd, "unit": units[name]} for name, sd in sds.items()}
 
 
 def clipping_parameters(segment: Segment, units: dict[str, str]) -> dict[str, dict[str, Any]]:

@@ -1,6 +1,8 @@
-"""A record with the Coulomb model and with its smoothed motion, to be drawn."""
+"""A record with the Coulomb model and with its smoothed motion, to be drawn, and its knocks in words."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -8,28 +10,18 @@ from friction_bayes.loop.data.friction import friction_scale
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.loop.infer.law_draws import LawDraws
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.report.knock_notes import knock_times
 from friction_bayes.loop.report.result import FluctuationTrace, RecordTrace
 from friction_bayes.statespace.measured_path import MeasuredPath
 
-__all__ = ["motion_trace"]
+__all__ = ["knock_notes", "knock_times", "motion_trace"]
 
 
 def motion_trace(
     fit: ForceFit, before: CoulombFit, r: int, draws: LawDraws, *, fluctuates: bool
 ) -> RecordTrace:
-    """Record ``r`` of the Coulomb model ``before``, and its analysis.
+    """Record ``r`` of the Coulomb model ``before``, and its analysis under the most probable candidate.
 
-    Parameters
-    ----------
-    fit : ForceFit
-        The record under the most probable candidate.
-    before : CoulombFit
-    r : int
-    draws : LawDraws
-        Of the record.
-    fluctuates : bool
-        Whether that candidate has a random force.
+    Whether that candidate has a random force is said by ``fluctuates``.
     """
     segment, decay, n = fit.segment, fit.segment.decay, fit.record.samples
     coulomb = before.predictions[r]
@@ -64,3 +56,22 @@ def motion_trace(
         turning_points=path.turning_x,
         fluctuation=fluctuation if fluctuates or fit.knocks else None,
     )
+
+
+def knock_times(fit: ForceFit) -> list[tuple[float, float]]:
+    """Start and end of each knock [s], from the first sample of the decay on."""
+    time = fit.segment.time
+    return [(float(time[a]), float(time[b])) for a, b in fit.knocks]
+
+
+def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
+    """Sentences on each knock: its time and size, the force of natural units being ``unit_force``."""
+    decay = fit.segment.decay
+    for (start, end), (a, b) in zip(knock_times(fit), fit.knocks, strict=True):
+        # not its level: a constant force shifts the rest position, which an accelerometer does not show
+        change = unit_force * float(np.ptp(fit.fluctuation[a : b + 1]))
+        yield (
+            f"{decay.name}: knocked at {decay.start_time + start:.4g} s: for {end - start:.2g} s a force "
+            f"acts that the rest of the record does not show, and that changes by {change:.3g} {unit}; "
+            "friction and the random force are estimated without it"
+        )

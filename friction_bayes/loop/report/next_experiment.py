@@ -1,5 +1,6 @@
-"""Which further record would decide between candidates that tie, computed from the candidates themselves.
+"""What to measure next: where candidates tie, or where none explains the record.
 
+Which further record would decide between candidates that tie is computed from the candidates themselves.
 Each experiment is predicted under the most probable candidate. A rival, with its posterior from the records
 so far and an initial state of its own, can follow that prediction in part; what is left is linear algebra:
 with the difference ``D`` of the two predictions, noise ``V`` and the rival's derivatives ``J`` and covariance
@@ -11,26 +12,35 @@ random force the records also differ in their scatter, which adds to it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import logit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.text import listed
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.data.parameters import (
+    DISPLACEMENT,
+    FRICTION,
+    LOG_FREQUENCY_RATIO,
+    VELOCITY,
+)
+from friction_bayes.loop.infer.law_draws import DrawnLaws
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
+from friction_bayes.statespace.regression import frequency_change
 
 __all__ = [
     "WHETHER_IT_RUBS",
     "Contender",
-    "Proposal",
+    "drawn_contender",
     "expected_log_bayes_factor",
+    "experiment_on_unexplained",
     "log_bayes_factor_of_scatter",
     "next_experiment",
     "proposals",
@@ -47,6 +57,25 @@ _STATE_STEP = 1e-4
 """Difference step in the initial state, in amplitudes."""
 _RECORDS = 100
 """Simulated records over which the scatter of two candidates is compared."""
+_BY_VARIABLE = {
+    "velocity": "Release it from half and from twice the amplitude, and close the loop on all records "
+    "together: a force that belongs to the velocity comes again at the same velocity, and its curve in the "
+    "figure of the force left over is the effect to register.",
+    "position": "Move the sensor against the machine, release again and compare the force left over: what "
+    "stays at its place in the machine is a force (a guide, a cable), what moves along is an error of the "
+    "sensor.",
+    "amplitude": "Release it from half the amplitude, and close the loop on both records together: a force "
+    "that belongs to the amplitude comes again at the same amplitude, one that belongs to the time does not.",
+    "time": "Release it again at once without touching it: what follows the time since the release comes "
+    "again, what went on in the meantime is warming or wear.",
+}
+_OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
+"""Tests of the scatter of samples, independent of the motion."""
+_OF_RECORDS = (
+    "Close the loop on each record by itself, and look for what was not the same between them: mounting, "
+    "temperature, wear, the side of the release. Where friction is known to differ, fit it as varying "
+    "(--varying-friction, varying_friction=True): its mean and its spread are then found."
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,19 +124,9 @@ class Contender:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A further record.
+    """A further record: release and length over the present one's, and the derivative that is measured.
 
-    Attributes
-    ----------
-    what : str
-    amplitude : float
-        Release, in the present record's largest displacement.
-    duration : float
-        Length, in the present record's.
-    order : int
-        What is measured.
-    log_bayes_factor : float
-        Expected of the most probable candidate against the rival.
+    The expected log Bayes factor is of the most probable candidate against the rival.
     """
 
     what: str
@@ -211,15 +230,8 @@ def rival_prediction(
 ) -> tuple[Prediction, Array, Array] | None:
     """Prediction of a proposed record by a rival; None where its motion is not finite.
 
-    Returns
-    -------
-    prediction : Prediction
-        Of n samples.
-    jacobian : ndarray, shape (n, q)
-        Derivatives of its signal in the rival's law and in the initial displacement and velocity, both in
-        amplitudes.
-    covariance : ndarray, shape (q, q)
-        Of these before the record.
+    With the derivatives of its signal in the rival's law and in the initial displacement and velocity, both
+    in amplitudes, shape (n, q), and the covariance of these before the record, (q, q).
     """
     model, time, release = rival.model, _times(truth, option), _release(truth, option)
     largest = release[0]
@@ -255,14 +267,8 @@ def expected_log_bayes_factor(difference: Array, jacobian: Array, covariance: Ar
     by Woodbury's identity. It is the expectation under the first model where both are uncertain by the same
     :math:`J C J^T`, as two models of one past record are.
 
-    Parameters
-    ----------
-    difference : ndarray, shape (n,)
-        Prediction of the first model minus that of the second, :math:`D`.
-    jacobian : ndarray, shape (n, q)
-        Derivatives of the second in its parameters, :math:`J`.
-    covariance : ndarray, shape (q, q)
-        Of these parameters before the record, :math:`C`.
+    The :math:`D` of n samples is the prediction of the first model minus that of the second, :math:`J` its
+    derivatives in its q parameters and :math:`C` the covariance of these before the record.
     """
     shared = jacobian.T @ difference
     inner = np.eye(len(covariance)) + jacobian.T @ jacobian @ covariance
@@ -287,18 +293,7 @@ def log_bayes_factor_of_scatter(
 
     averaged over simulated :math:`y \sim N(0, V_1)`, always the same ones.
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (n, q)
-        Derivatives in the parameters of the law, :math:`J`.
-    covariance : ndarray, shape (q, q)
-        Of these parameters before the record, :math:`C`.
-    clock : Clock
-        Of the record.
-    row : ndarray, shape (3,)
-        Of the sensor.
-    truth, rival : tuple of float
-        Sd of the random force over the noise, and correlation time as a phase.
+    A force is its sd over the noise and correlation time as a phase; ``row``, shape (3,), is of the sensor.
     """
     if truth == rival:
         return 0.0
@@ -318,3 +313,83 @@ def log_bayes_factor_of_scatter(
         return -0.5 * (squares + whitened.log_determinant + float(np.linalg.slogdet(inner)[1]))
 
     return max(log_density(truth) - log_density(rival), 0.0)
+
+
+def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
+    """The candidate of some draws, ``chosen`` of shape (k,); None where they are too few.
+
+    Its law is their mean, in the most frequent shape of each effect; state and sensor are those of the first
+    record. Where friction differs between the records it would in a further one too.
+    """
+    draws, fit = laws.first, laws.first.fit
+    if np.count_nonzero(chosen) < 2:
+        return None
+    shape = int(np.argmax(np.bincount(draws.chosen[chosen])))
+    mine = chosen & (draws.chosen == shape)
+    if np.count_nonzero(mine) < 2:
+        return None
+    names = fit.sets.effects[shape]
+    model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
+    declared = fit.w0 / fit.record.system.natural_frequency
+    change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
+    values = {
+        ("", FRICTION): laws.friction[mine],
+        ("", LOG_FREQUENCY_RATIO): np.log(declared * change),
+        ("", DISPLACEMENT): draws.coefficients[mine, 0],
+        ("", VELOCITY): draws.coefficients[mine, 1] * fit.w0,
+    } | {
+        (name, parameter): drawn
+        for name in names
+        for parameter, drawn in _of_model(name, draws.parameters(name, mine)).items()
+    }
+    z = model.coordinates_of(values, int(np.count_nonzero(mine)))
+    covariance, rubs = np.cov(z, rowvar=False), model.index(FRICTION)
+    covariance[rubs, rubs] += np.mean((laws.spread[mine] / model.coordinates[rubs].prior.scale) ** 2)
+    return Contender(
+        model=model,
+        z=z.mean(axis=0),
+        covariance=covariance,
+        noise_sd=fit.noise_sd,
+        random_force=float(np.median(draws.random_force[mine])),
+        correlation_time=float(np.median(draws.correlation_time[mine])),
+    )
+
+
+def _of_model(name: str, drawn: dict[str, Array]) -> dict[str, Array]:
+    """Parameters as in the simulated model: a line of interference by amplitude and phase."""
+    if name != PERIODIC_INTERFERENCE.name:
+        return drawn
+    sine, cosine = float(drawn["sine"].mean()), float(drawn["cosine"].mean())
+    return {
+        "frequency": np.full_like(drawn["sine"], drawn["frequency"].mean()),
+        "amplitude": np.full_like(drawn["sine"], math.hypot(sine, cosine)),
+        "phase": np.full_like(drawn["sine"], math.atan2(cosine, sine)),
+    }
+
+
+def experiment_on_unexplained(
+    depends_on: str | None, failed: Collection[str], because: Collection[str], records: int
+) -> str:
+    """A sentence on the measurement that shows where the residual of one or several records comes from.
+
+    By the variable that the force left over depends on, the tests that failed, and what forbids to use the
+    number.
+    """
+    if "records" in because:
+        return _OF_RECORDS
+    if depends_on is not None:
+        return _BY_VARIABLE[depends_on]
+    if failed and _OF_THE_SENSOR.issuperset(failed):
+        return (
+            "Record the machine at rest with the same sensor: what scatters the same way there is the "
+            "sensor's, what does not comes with the motion."
+        )
+    if records > 1:
+        return (
+            "Nothing yet: close the loop on each record by itself first. A knock or a sensor that slipped in "
+            "one of them is reported there, and so is friction, which all were taken to share."
+        )
+    return (
+        "Repeat the release twice from the same amplitude, and close the loop on all records together: what "
+        "comes again is an effect to look for in the figures of the residual, what does not is a disturbance."
+    )

@@ -1,4 +1,4 @@
-"""The verdict in one word, by the use of the number; and the candidates that together have 95 %."""
+"""The verdict in one word, by the use of the number; the candidates with 95 %; the range where none holds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -20,6 +21,7 @@ __all__ = [
     "UNEXPLAINED",
     "credible_candidates",
     "credible_count",
+    "friction_range",
     "reasons_against",
     "verdict",
 ]
@@ -55,24 +57,10 @@ def reasons_against(
 ) -> tuple[str, ...]:
     """Names of the reasons against the number, whatever the effects found; what is not known is none.
 
-    Parameters
-    ----------
-    is_noise : bool
-        Whether the residual of the most probable candidate is noise at the motion's frequency, or too small
-        to matter.
-    shift, loss : float
-        How far friction could shift for the residual, and the friction that alone would explain the loss of
-        amplitude.
-    held_out : mapping
-        The report's ``held_out_error``.
-    least_noise : float
-        Forecast error below which none is the better, in the unit of the signal.
-    friction : tuple of float
-        The 90 % interval of friction, over all candidates.
-    witnesses : mapping or None
-        The report's ``witnesses``.
-    contradicted : bool
-        Whether the records contradict each other.
+    The residual of the most probable candidate ``is_noise`` at the motion's frequency, or too small to
+    matter; friction could ``shift`` for it, the ``loss`` of amplitude alone would explain another; below
+    ``least_noise``, unit of the signal, no forecast is the better; ``friction`` is the 90 % interval over all
+    candidates; ``held_out`` and ``witnesses`` are fields of the report.
     """
     as_bad, before = 1.0 + settings.SETTINGS.worse_forecast, max(held_out["before"], least_noise)
     reasons = {
@@ -109,17 +97,8 @@ def verdict(
     themselves, with dry friction or without: a law that does not know whether that acts is not known. No law
     explains a record that it forecasts worse than Coulomb friction alone.
 
-    Parameters
-    ----------
-    sets : sequence of frozenset of str
-        Candidates, most probable first.
-    probabilities : ndarray, shape (candidates,)
-    agrees : ndarray of bool, shape (candidates,)
-        Which of them agree with the friction averaged over all.
-    against : sequence of str
-        From :func:`reasons_against`.
-    rubs : float
-        Probability that dry friction matters.
+    Candidates come most probable first, ``agrees`` says which agree with the friction averaged over all, and
+    ``rubs`` is the probability that dry friction matters.
     """
     if set(against) - {FORECAST}:
         return UNEXPLAINED
@@ -130,3 +109,17 @@ def verdict(
         return "explained"
     known = min(float(probabilities[agrees].sum()), rubs) >= least
     return "adequate" if known and effects <= _ADDED else AMBIGUOUS
+
+
+def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:
+    """The report's ``friction_range``: lowest and highest mean of readings, and each reading.
+
+    Readings are draws of friction [N or N m] by what they are of, in words; ``factor`` times these is
+    reported.
+    """
+    each = [
+        {"what": what} | Summary.of_draws(factor * friction, unit).to_dict()
+        for what, friction in readings.items()
+    ]
+    means = [reading["mean"] for reading in each]
+    return {"low": min(means), "high": max(means), "unit": unit, "readings": each}

@@ -15,9 +15,8 @@ from friction_bayes.loop.checks import forecast
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
-from friction_bayes.loop.mixture.cells import Cells
-from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.report.contender import drawn_contender
+from friction_bayes.loop.mixture.mixture import CandidateMixture, Cells
+from friction_bayes.loop.report.next_experiment import drawn_contender
 from loop_options import loop_options
 
 ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")
@@ -164,8 +163,8 @@ def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> N
     predicted = model.predict_at(z, 0, segment.time)
     assert predicted is not None
     assert np.std(segment.values - predicted.signal) < 0.3 * segment.values.std()
-    force = candidates.resisting_force()
-    assert force.law.shape == force.direction.shape == (candidates.fitted[0],)
+    law, _, direction = candidates.resisting_force()
+    assert law.shape == direction.shape == (candidates.fitted[0],)
     between = candidates.between_records()
     assert (between is not None) == (records(candidates) > 1)
 

@@ -11,7 +11,7 @@ import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_first_part, fit_random_force
-from friction_bayes.loop.noise.colour import Colour
+from friction_bayes.loop.noise.correlated_noise import Colour
 
 FRICTION = 0.07
 OFFERED = ["viscous_damping", "friction_drift", "cubic_stiffness", "random_force"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.noise.correlated_error import NO_ERROR
+from friction_bayes.loop.noise.correlated_noise import NO_ERROR
 from unsteady_decays import ERROR, ERROR_TIME, FRICTION, SYSTEM, WHITE, correlated_record, fitted
 
 EFFECTS = ("random_force", "viscous_damping", "sensor_offset")

@@ -14,11 +14,11 @@ from scipy import stats
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from friction_bayes.decay.spectral_lines import decaying_lines, steady_lines
-from friction_bayes.loop.columns.lines import line_search
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.infer.finer_columns import line_search
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidates import candidates_of
-from friction_bayes.loop.noise.correlated_error import SensorError
+from friction_bayes.loop.noise.correlated_noise import SensorError
 from friction_bayes.statespace.force_grid import integrate_force
 from friction_bayes.statespace.problem import Problem
 from loop_options import loop_options

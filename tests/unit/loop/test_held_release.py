@@ -9,8 +9,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.loop.data.held_release import held_samples
-from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records, held_samples
 
 
 def held(count: int, quantity: str, seed: int) -> xr.DataArray:

@@ -14,8 +14,7 @@ import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.loop import LoopReport
 from friction_bayes.loop.report.next_experiment import WHETHER_IT_RUBS
-from friction_bayes.loop.report.unexplained import friction_range
-from friction_bayes.loop.report.verdict import credible_count, reasons_against, verdict
+from friction_bayes.loop.report.verdict import credible_count, friction_range, reasons_against, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()

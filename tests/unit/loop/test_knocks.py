@@ -10,7 +10,7 @@ from scipy import stats
 
 import friction_bayes as fb
 from friction_bayes.loop.infer.knocks import jump_tails, log_odds_of_knocks, spans_of
-from friction_bayes.loop.report.knock_notes import knock_notes, knock_times
+from friction_bayes.loop.report.motion_trace import knock_notes, knock_times
 from friction_bayes.plotting.fluctuation import plot_fluctuation
 from unsteady_decays import FRICTION, SYSTEM, WHITE, fitted, sensed, unsteady_motion
 

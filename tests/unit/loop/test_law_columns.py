@@ -10,8 +10,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
+from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns, law_columns
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.motion import Motion

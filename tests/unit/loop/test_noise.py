@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 import friction_bayes as fb
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.loop.noise.colour import colour_of, is_coloured
+from friction_bayes.loop.noise.correlated_noise import colour_of, is_coloured
 from friction_bayes.loop.noise.likelihood import fit_noise, log_densities
 from friction_bayes.mechanics.effects import Scales
 

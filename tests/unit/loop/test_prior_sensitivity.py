@@ -7,8 +7,7 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.mixture.mixture import CandidateMixture
-from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
+from friction_bayes.loop.mixture.mixture import CandidateMixture, prior_sensitivity
 from friction_bayes.mechanics.effects import EFFECTS
 
 ONE = (frozenset({"viscous_damping"}),)

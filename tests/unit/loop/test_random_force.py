@@ -21,8 +21,8 @@ from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.decay.spectral_lines import steady_lines
 from friction_bayes.loop.columns.law_columns import law_columns
-from friction_bayes.loop.columns.lines import line_search
 from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.finer_columns import line_search
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate

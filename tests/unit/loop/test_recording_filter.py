@@ -12,7 +12,7 @@ from scipy import signal
 
 import friction_bayes as fb
 from filtered_decays import SYSTEM, decay, filtered
-from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
+from friction_bayes.loop.noise.correlated_noise import NO_ERROR, SensorError
 
 OFFERED = [
     "viscous_damping",

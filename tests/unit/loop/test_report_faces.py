@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from friction_bayes.loop.report.next_experiment import experiment_on_unexplained
 from friction_bayes.loop.report.result import LoopReport
-from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 
 
 def test_one_line(loop_report: LoopReport) -> None:

@@ -9,8 +9,8 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.decay.spectral_lines import decaying_lines, steady_lines
-from friction_bayes.loop.columns.lines import line_search
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.infer.finer_columns import line_search
 from friction_bayes.loop.infer.law_fit import fit_law
 from loop_options import loop_options
 from unsteady_decays import FINE, FRICTION, RELEASE, RINGING, SYSTEM, fitted, probability_of, ringing_record

@@ -14,7 +14,7 @@ from experiments.simulation.laplace_evidence import log_evidence
 from experiments.simulation.simulated_fit import simulated_fit
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.noise.robust_samples import come_anywhere
+from friction_bayes.loop.noise.likelihood import come_anywhere
 from friction_bayes.statespace.smoother import SmoothedMotion
 from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.checks import force_shapes
+from friction_bayes.loop.checks import force_tests
 from friction_bayes.loop.checks.force_tests import what_is_left
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
@@ -62,7 +62,7 @@ def test_a_law_that_has_taken_every_shape_leaves_none(seed: int, monkeypatch: py
     """As one does whose sensor errs with the angle: two measured swings of it together stopped the loop."""
     fit = fitted({}, seed)
     sign = fit.path.direction
-    monkeypatch.setattr(force_shapes, "_shapes", lambda _: [("dry friction", sign)])
+    monkeypatch.setattr(force_tests, "_shapes", lambda _: [("dry friction", sign)])
     assert (
-        force_shapes.best_shape(fit, np.stack([np.maximum(sign, 0.0), np.minimum(sign, 0.0)], axis=1)) is None
+        force_tests.best_shape(fit, np.stack([np.maximum(sign, 0.0), np.minimum(sign, 0.0)], axis=1)) is None
     )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import friction_bayes as fb
 from curtailed import at_least
-from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.checks.witnesses import two_witnesses
 from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, fitted, sensed, unsteady_motion
 
@@ -24,7 +26,7 @@ def held_record(rng: np.random.Generator, held: float, order: int = 0) -> xr.Dat
 
 def heard(
     rng: np.random.Generator, *, held: float = 0.0, order: int = 0, effects: tuple[str, ...] = ()
-) -> tuple[Witnesses, ForceFit]:
+) -> tuple[dict[str, Any], ForceFit]:
     fit = fitted(held_record(rng, held, order), effects)
     return two_witnesses(fit, 1.0, "m"), fit
 
@@ -33,11 +35,11 @@ def heard(
 def test_both_say_the_same_of_friction_alone(rng: np.random.Generator, order: int) -> None:
     found, fit = heard(rng, order=order)
     scale = 10.0**-order * fit.w0**order
-    for witness in (found.loss, found.shape):
-        assert witness.mean * scale == pytest.approx(FRICTION, abs=4.0 * witness.sd * scale)
-    assert found.loss.sd < 0.1 * FRICTION
+    for witness in (found["loss"], found["shape"]):
+        assert witness["mean"] * scale == pytest.approx(FRICTION, abs=4.0 * witness["sd"] * scale)
+    assert found["loss"]["sd"] < 0.1 * FRICTION
     # together they know no less than friction does in one column
-    joint = 1.0 / np.sqrt(1.0 / found.loss.sd**2 + 1.0 / found.shape.sd**2)
+    joint = 1.0 / np.sqrt(1.0 / found["loss"]["sd"] ** 2 + 1.0 / found["shape"]["sd"] ** 2)
     best = fit.posterior.best
     _, scale2 = fit.posterior.problem.marginals(best, fit.chosen)
     own = np.sqrt(scale2[fit.law.dry_friction]) * fit.law.scale[fit.law.dry_friction]
@@ -46,9 +48,9 @@ def test_both_say_the_same_of_friction_alone(rng: np.random.Generator, order: in
 
 def test_the_shape_is_deceived_by_held_counts_and_the_loss_is_not(rng: np.random.Generator) -> None:
     found, _ = heard(rng, held=0.5 * FRICTION)
-    assert not found.agree
-    assert found.shape.mean < 0.7 * FRICTION
-    assert found.loss.mean == pytest.approx(FRICTION, abs=4.0 * found.loss.sd)
+    assert not found["agree"]
+    assert found["shape"]["mean"] < 0.7 * FRICTION
+    assert found["loss"]["mean"] == pytest.approx(FRICTION, abs=4.0 * found["loss"]["sd"])
 
 
 def test_hysteresis_in_the_law_takes_most_of_it_away(rng: np.random.Generator) -> None:
@@ -57,13 +59,13 @@ def test_hysteresis_in_the_law_takes_most_of_it_away(rng: np.random.Generator) -
     deceived, _ = heard(np.random.default_rng(seed), held=0.5 * FRICTION)
     found, fit = heard(np.random.default_rng(seed), held=0.5 * FRICTION, effects=("sensor_hysteresis",))
     assert fit.sets.effects[fit.chosen] == {"sensor_hysteresis"}
-    assert abs(found.shape.mean - FRICTION) < 0.15 * abs(deceived.shape.mean - FRICTION)
-    assert found.loss.mean == pytest.approx(FRICTION, abs=4.0 * found.loss.sd)
+    assert abs(found["shape"]["mean"] - FRICTION) < 0.15 * abs(deceived["shape"]["mean"] - FRICTION)
+    assert found["loss"]["mean"] == pytest.approx(FRICTION, abs=4.0 * found["loss"]["sd"])
 
 
 def test_chance_rarely_sets_them_at_odds(rng: np.random.Generator) -> None:
     """One in 22 by the normal; of 12 five or more are one in 7,000."""
-    assert at_least(8, (heard(rng)[0].agree for _ in range(12)))
+    assert at_least(8, (heard(rng)[0]["agree"] for _ in range(12)))
 
 
 def test_the_report_tells_of_both() -> None:

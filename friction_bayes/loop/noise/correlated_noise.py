@@ -1,7 +1,7 @@
-r"""Correlated errors of the sensor in neighbouring samples, with its white noise and a random force.
+r"""Noise of the sensor that neighbouring samples share: correlated errors next to white noise, or a colour.
 
-A sensor that smooths, or one with noise of low frequency, has correlated errors, which would pass for a short
-and strong random force. They are an Ornstein-Uhlenbeck process in the sensor
+**Correlated errors.** A sensor that smooths, or one with noise of low frequency, has correlated errors, which
+would pass for a short and strong random force. They are an Ornstein-Uhlenbeck process in the sensor
 (:mod:`friction_bayes.statespace.kalman`), of sd ``rho sigma`` and correlation time ``tau_u``, with the prior
 ``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third of a step to a tenth of a period: slower ones
 are at the motion's own frequency, where they cannot be separated from a force.
@@ -10,6 +10,17 @@ The process is found at the mode, together with the random force, since each can
 and fixed there. The density has several modes: it is evaluated on a coarse grid of ratios, times and forces,
 and maximised from the best. Correlated noise is as probable a priori as uncorrelated, penalised only for its
 two numbers.
+
+**Colour**, in place of white noise and of a random force, where the spectrum shows it. Filters of the
+acquisition, differences of positions and interpolation colour the noise. Above the eighth harmonic of the
+motion a free decay has almost no power, whatever the force law: where the spectrum of a residual is flat
+there, the noise is white and everything else in it is misfit. Where it is not, an autoregression of it
+(:mod:`friction_bayes.statespace.coloured_noise`) is an alternative to white noise with or without a random
+force, penalised for its coefficients.
+
+Where it is more probable, the law is found under noise of the sensor's level near the motion's frequency,
+and of that colour where it is stronger (:mod:`friction_bayes.estimators.noise.noise_level`): a filter removes
+the corners of the motion with the noise, so that a quiet band above is no evidence about friction.
 """
 
 from __future__ import annotations
@@ -19,18 +30,30 @@ from dataclasses import dataclass, replace
 from itertools import chain, product
 
 import numpy as np
+from scipy import stats
 from scipy.optimize import minimize
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
 from friction_bayes.loop import settings
+from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, whiten
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.subset_evidence import evaluate_sets
 
-__all__ = ["NO_ERROR", "SensorError", "find_sensor_error"]
+__all__ = [
+    "NO_ERROR",
+    "BestSet",
+    "Colour",
+    "SensorError",
+    "colour_near_motion",
+    "colour_of",
+    "find_sensor_error",
+    "is_coloured",
+]
 
 Place = tuple[float, float]
 
@@ -49,6 +72,10 @@ _TOLERANCE = 0.05
 """Of the search, in the same."""
 _STENCIL = 0.2
 _FAR = 1e9
+_GRID = 1025
+"""Frequencies of a spectrum whose transform is the correlation of the noise."""
+_HANN_SPREAD = 1.5
+"""Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
 
 @dataclass(frozen=True)
@@ -104,21 +131,9 @@ def find_sensor_error(
 ) -> SensorError | None:
     """The correlated error of the sensor, where the innovations of a record are not white.
 
-    Parameters
-    ----------
-    regression : LawRegression
-        The record. An error that its clock has already is climbed from.
-    posterior : Posterior
-        Of its random force.
-    prior : ForcePrior
-    w0 : float
-        Frequency of the natural units [rad/s].
-
-    Returns
-    -------
-    SensorError or None
-        None where none is required: the innovations are white, and any random force is too slow to represent
-        one; one of size zero where it is less probable than none.
+    An error that the clock of the ``regression`` has already is climbed from. None where none is required:
+    the innovations are white, and any random force is too slow to represent one; one of size zero where it is
+    less probable than none.
     """
     best, law = posterior.best, posterior.best_law()
     left = regression.innovations(law, best.ratio, best.tau)[regression.clock.used]
@@ -164,6 +179,29 @@ def _forces(posterior: Posterior) -> list[list[Place | None]]:
     return [[None], alike]
 
 
+class BestSet:
+    """The best set of columns of a regression, to be evaluated under other noise and forces."""
+
+    def __init__(self, regression: LawRegression, posterior: Posterior) -> None:
+        self.regression = regression
+        chosen = posterior.problem.sets[posterior.best.chosen]
+        self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
+        scaled = (regression.columns * regression.scale)[:, chosen]
+        self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])
+
+    def under(self, clock: Clock, ratio: float, tau: float) -> tuple[float, float]:
+        """Its log evidence, and the variance of the noise."""
+        found = evaluate_sets(
+            whiten(self.block, clock, self.regression.row, ratio, tau),
+            self.reference,
+            self.positive,
+            np.ones((1, self.reference.size), dtype=np.bool_),
+            np.zeros(1),
+            least_noise2=self.regression.least_noise**2,
+        )
+        return float(found.log_weight[0]), float(found.noise2[0])
+
+
 class _Density:
     """Log posterior density of a correlated error and a random force, of each or of neither.
 
@@ -173,11 +211,7 @@ class _Density:
     def __init__(
         self, regression: LawRegression, posterior: Posterior, prior: ForcePrior, bounds: Place
     ) -> None:
-        self.regression, self.prior, self.bounds = regression, prior, bounds
-        chosen = posterior.problem.sets[posterior.best.chosen]
-        self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
-        scaled = (regression.columns * regression.scale)[:, chosen]
-        self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])
+        self.best, self.prior, self.bounds = BestSet(regression, posterior), prior, bounds
 
     def __call__(self, force: Place | None, error: Place | None) -> float:
         if error is not None and not self.bounds[0] <= error[1] <= self.bounds[1]:
@@ -186,22 +220,13 @@ class _Density:
         of_sensor = (
             CorrelatedError() if error is None else CorrelatedError(*(math.exp(each) for each in error))
         )
-        found = evaluate_sets(
-            whiten(
-                self.block, replace(self.regression.clock, error=of_sensor), self.regression.row, ratio, tau
-            ),
-            self.reference,
-            self.positive,
-            np.ones((1, self.reference.size), dtype=np.bool_),
-            np.zeros(1),
-            least_noise2=self.regression.least_noise**2,
-        )
-        value = float(found.log_weight[0])
+        clock = replace(self.best.regression.clock, error=of_sensor)
+        value, noise2 = self.best.under(clock, ratio, tau)
         if error is not None:
             value += self.log_prior(error)
         if force is None:
             return value + math.log(self.prior.none)
-        return max(value + float(self.prior.log_density(ratio * math.sqrt(found.noise2[0]), tau)), -_FAR)
+        return max(value + float(self.prior.log_density(ratio * math.sqrt(noise2), tau)), -_FAR)
 
     def log_prior(self, error: Place) -> float:
         """Log prior density of an error."""
@@ -241,3 +266,84 @@ class _Density:
             lost = max(2.0 * top - sum(max(self(force, (a, b)), top - 4.0) for a, b in steps), 0.0)
             sds.append(min(_STENCIL / math.sqrt(max(lost, 1e-12)), widest))
         return np.log(sds)
+
+
+@dataclass(frozen=True, eq=False)
+class Colour:
+    """Noise of the sensor that is coloured.
+
+    Attributes
+    ----------
+    autoregression : Autoregression or None
+        None where the noise is taken as white, being weaker far above the motion's frequency.
+    least_noise : float
+        Least sd of the noise, natural units.
+    """
+
+    autoregression: Autoregression | None
+    least_noise: float = 0.0
+    share = 1.0
+    """Sd of the whole noise over that of the part that a posterior knows: all of it."""
+
+    @property
+    def log_volume(self) -> float:
+        """Penalty of its coefficients in log evidence, negative."""
+        return 0.0 if self.autoregression is None else -self.autoregression.penalty
+
+    def of(self, clock: Clock, w0: float) -> Clock:
+        """A clock with this noise, which goes from sample to sample whatever the frequency ``w0`` [rad/s]."""
+        return replace(clock, autoregression=self.autoregression)
+
+    def alike(self, other: object) -> bool:
+        """Whether another is as good: it follows the residual of the law, and converges with that."""
+        return isinstance(other, Colour)
+
+    def described(self, step: float) -> dict[str, float | int | str]:
+        """Fields of the report, of samples every ``step`` [s]."""
+        if self.autoregression is None:
+            return {"model": "ar", "order": 0, "correlation_length_s": step}
+        # the correlation extends beyond as many samples as there are coefficients
+        correlation = np.fft.irfft(self.autoregression.spectrum(np.linspace(0.0, math.pi, _GRID)))[:_GRID]
+        below = np.flatnonzero(correlation < correlation[0] / math.e)
+        length = int(below[0]) if below.size else correlation.size
+        order = self.autoregression.order
+        return {"model": "ar", "order": order, "correlation_length_s": float(step * length)}
+
+
+def colour_of(residual: Array, fitted: int) -> Colour | None:
+    """Colour of the residual of a law with so many coefficients, shape (n,); None where that is white."""
+    own, _ = burg(residual, fitted)
+    # behind a filter that removes everything an autoregression is singular to rounding
+    return Colour(own.levelled(0.0, 0.0)) if own.order else None
+
+
+def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:
+    """The same of noise that is nowhere below its level near the motion's frequency.
+
+    Samples are even, of this ``phase``, shape (n,), and of a derivative of this ``order``.
+    """
+    noise = sensor_noise(residual, phase, fitted, noise_floor(residual, phase, order, fitted), even=True)
+    return Colour(noise.colour, noise.coloured_floor)
+
+
+def is_coloured(residual: Array, step: float, frequency: float) -> bool:
+    """Whether the spectrum above the harmonics of a motion [rad/s] is not flat, with a ``step`` [s]."""
+    n = residual.size
+    limit = float(settings.SETTINGS.far * 1.4826 * np.median(np.abs(residual - np.median(residual))))
+    tame = np.clip(residual - residual.mean(), -limit, limit)
+    power = np.abs(np.fft.rfft(tame * np.hanning(n)))[1:-1] ** 2
+    lowest = frequency * step * n / (2.0 * math.pi)
+    first = int(settings.SETTINGS.quiet_harmonic * lowest)
+    if power.size - first < 20 * settings.SETTINGS.bins:
+        # sampled too coarsely to look above all of its harmonics: above half of them instead
+        first = int(0.5 * settings.SETTINGS.quiet_harmonic * lowest)
+    bands = np.array_split(power[first:], settings.SETTINGS.bins)
+    size = min(band.size for band in bands)
+    if size < 10:
+        return False
+    # medians, so that a line of interference does not count as colour
+    level = np.log([np.median(band) for band in bands])
+    variance = _HANN_SPREAD / (size * math.log(2.0) ** 2)
+    statistic = float(np.sum((level - level.mean()) ** 2)) / variance
+    p_value = float(stats.chi2.sf(statistic, settings.SETTINGS.bins - 1))
+    return p_value < settings.SETTINGS.noise_alarm_rate

@@ -1,4 +1,4 @@
-r"""Whether several records contradict one law for all: an effect's size by each record alone, compared.
+r"""Records compared: whether they contradict one law for all, and the friction of each and its spread.
 
 Friction may differ between records, a shared effect may not. Where it does, other effects and the random
 force take up the difference, and the best common law fits no record. So each record is given sizes of its
@@ -14,36 +14,31 @@ is chi-square with ``(r - 1) k`` degrees of freedom for an effect of ``k`` colum
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
 
 from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
+from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
+from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.subset_evidence import set_posterior
 
-__all__ = ["Comparison", "compared_sizes", "contradictions"]
+__all__ = ["Comparison", "compared_sizes", "contradictions", "friction_between_records"]
 
 _PRIOR = 1e-4
 """Share of the prior precision with which sizes by themselves are computed: enough for uniqueness."""
 
 
 class Comparison(NamedTuple):
-    """An effect in several records.
+    """An effect in r records: chi-square of its sizes about the common one, and its degrees of freedom.
 
-    Attributes
-    ----------
-    effect : str
-    chi_square : float
-        Of its sizes about the common one.
-    freedom : int
-        Degrees of freedom of that.
-    share, share_sd : ndarray, shape (r, k)
-        Each record's coefficients over the common ones.
+    Shares are each record's coefficients over the common ones, shape (r, k).
     """
 
     effect: str
@@ -132,3 +127,44 @@ def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
     ]
     mean, covariance = (np.array(values) for values in zip(*estimates, strict=True))
     return mean, covariance, np.flatnonzero(inside)
+
+
+def friction_between_records(
+    laws: DrawnLaws,
+    alone: Sequence[ForceFit],
+    *,
+    shift: Array,
+    probability: float,
+    scale: Array,
+    unit: str,
+    rng: np.random.Generator,
+) -> dict[str, Any]:
+    """The report's ``friction_between_records``, of laws (k draws) and of each record by itself.
+
+    What slight effects that all records share add to the friction of each is the ``shift``, shape (k,) [N or
+    N m], and ``scale``, shape (k,), has draws of the factor to the reported friction and its ``unit``. The
+    ``probability`` is that friction differs.
+    """
+    differs = laws.spread > 0.0
+    spread = laws.spread[differs]
+    return {
+        "probability": probability,
+        "spread": Summary.of_draws(scale[differs] * spread, unit).to_dict() if spread.size > 1 else None,
+        "share_of_friction": float(np.median(spread / laws.friction[differs])) if spread.size else 0.0,
+        "reduced_chi_square": _reduced_chi_square(alone, rng),
+        "records": [
+            {
+                "name": one.fit.segment.decay.name,
+                "friction": Summary.of_draws(np.abs(scale * (one.friction + shift)), unit).to_dict(),
+            }
+            for one in laws.records
+        ],
+    }
+
+
+def _reduced_chi_square(alone: Sequence[ForceFit], rng: np.random.Generator) -> float:
+    """Reduced chi-square of the frictions by each record alone, about their weighted mean."""
+    drawn = [draw_laws(LawFit.of(one), rng, DRAWS).friction for one in alone]
+    mean, weight = np.array([x.mean() for x in drawn]), np.array([1.0 / x.var() for x in drawn])
+    centre = float(weight @ mean / weight.sum())
+    return float(weight @ (mean - centre) ** 2 / (len(drawn) - 1))
