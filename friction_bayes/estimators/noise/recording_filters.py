@@ -62,7 +62,7 @@ _LET_THROUGH = 0.3
 """Share of the amplitude below which a frequency is not let through."""
 _MOST_DOUBTS, _SAME = 3, 1e-9
 """How many components of the differences between filters are kept, and variance of those that are none."""
-FILTERED, _DERIVED = 0.01, 0.1
+FILTERED, _DERIVED = 0.013, 0.1
 """Prior probabilities, where noise is not white, that it was filtered in one of the ways listed, and that a
 velocity or acceleration was computed from positions or velocities: few sensors show one."""
 _FORGOTTEN = 1e-4
@@ -315,7 +315,8 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
     kinds += [_bessel(angle), *(_resonance(angle, damping) for damping in _OF_MOUNTS)]
-    kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS]
+    # of what moves, not where it is
+    kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS if order > 0]
     derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
     # a kind that is not listed is as probable as one that is
     return _with_prior(kinds, FILTERED, besides=1) + _with_prior(derived, _DERIVED)

@@ -28,7 +28,8 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> dict[str, Any]
     """The report's ``witnesses``: friction by its loss of energy and by its shape, and whether they agree.
 
     In the best law and random force, the other coefficients free; not cut at zero, since a friction that is
-    negative indicates an error. They agree where they differ by no more than by chance. A natural unit of force is ``unit_force`` in ``unit``.
+    negative indicates an error. They agree where they differ by no more than by chance. A natural unit of
+    force is ``unit_force`` in ``unit``.
     """
     best = fit.posterior.best
     others = fit.sets.columns[fit.chosen].copy()
