@@ -180,6 +180,18 @@ class MeasuredPath:
             return np.empty(0, np.intp)
         return np.rint(np.interp(self.turning, self.phase, np.arange(self.phase.size))).astype(np.intp)
 
+    def missed_jumps(self, order: int) -> Array:
+        """What samples do not show of the direction next to their :meth:`jumps`, shape (n,).
+
+        The mean direction over a step about each sample, less that of the sample.
+        """
+        missed, last = np.zeros(self.phase.size), self.phase.size - 1
+        places = np.interp(self.turning, self.phase, np.arange(self.phase.size))
+        for k, place in zip(self.jumps(order).tolist(), places.tolist(), strict=False):
+            after = math.copysign(1.0, self.v[min(k + 1, last)])
+            missed[k] = after * 2.0 * (k - place) - self.expected_direction[k]
+        return missed
+
     def serves(self, x: Array, force: float) -> bool:
         """Whether the slopes along this path hold for another motion, of displacements ``x``, shape (n,).
 

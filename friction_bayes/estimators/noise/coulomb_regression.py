@@ -392,7 +392,11 @@ class PreparedDecay:
         signal = np.where(self._missing, np.nan, self.natural(laid))
         angle = float(phase[-1] - phase[0]) / (phase.size - 1)
         known = self.natural(laid) - regression.target
-        return likely_filters(signal, known, regression.columns, free, angle, laid.order, only=only)
+        averaged = regression.columns.copy()
+        averaged[:, regression.names.index("friction")] -= laid.path.missed_jumps(laid.order)
+        return likely_filters(
+            signal, known, regression.columns, free, angle, laid.order, averaged=averaged, only=only
+        )
 
     def along_fit(self) -> Laid:
         """Regression along the trajectory that was fitted."""

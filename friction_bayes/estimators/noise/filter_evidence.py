@@ -150,6 +150,7 @@ def likely_filters(
     angle: float,
     order: int,
     *,
+    averaged: Array | None = None,
     only: str | None = None,
 ) -> FoundFilters:
     """The filters that a record most likely went through; none where it is too short to decide.
@@ -168,6 +169,9 @@ def likely_filters(
         Of the motion [rad/sample].
     order : int
         Of the derivative measured.
+    averaged : ndarray, shape (n, p), optional
+        The columns of the law as means over a step about each sample, where these differ: differences of
+        positions have seen on which side of a turning point the motion was between two samples.
     only : str, optional
         Name of the one kind that is compared.
     """
@@ -183,13 +187,13 @@ def likely_filters(
     others = [spectra.of_others(target, each[inner].T) for each in (columns, free_columns)]
     log_other = math.log(0.5 * (1.0 - FILTERED)) + _log_sum(others)
     through = Through(np.column_stack([columns, known])[:n])
+    averages = through if averaged is None else Through(np.column_stack([averaged, known])[:n])
     whitener, filled = spectra.whitener_at(through.omega), spectra.whitened(target + known[inner])
 
     def behind(filter_: RecordingFilter) -> tuple[Array, float]:
         memory = filter_.memory(inner.stop, spectra.whitener_at(-1j * filter_.settling)).T
-        shown, unseen = (
-            rows[:, inner][:, -filled.size :] for rows in (through.rows(filter_, whitener), memory)
-        )
+        read = (through if filter_.of_noise is None else averages).rows(filter_, whitener)
+        shown, unseen = (rows[:, inner][:, -filled.size :] for rows in (read, memory))
         return spectra.behind(filled, shown, unseen)
 
     def log_evidence(filter_: RecordingFilter) -> float:

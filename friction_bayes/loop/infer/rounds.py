@@ -374,5 +374,7 @@ def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     corners = np.hstack([plain, corner_columns(path)])
     signal = np.where(missing, np.nan, found.regression.target + law.known)
     angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
-    filters = likely_filters(signal, law.known, plain, corners, angle, found.segment.order)
+    averaged, order = plain.copy(), found.segment.order
+    averaged[:, len(law.always)] -= path.missed_jumps(order)
+    filters = likely_filters(signal, law.known, plain, corners, angle, order, averaged=averaged)
     return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None

@@ -100,18 +100,18 @@ def _behind_filter(still: Round, coulomb: CoulombStart | None) -> Round | None:
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
-    latest = Round.about_coulomb(still.whole, coulomb) or still
+    latest, best = Round.about_coulomb(still.whole, coulomb) or still, None
     for _ in range(_MOST_FILTERS):
         behind = latest.behind_filter()
         if behind is None or behind.whole.filter == latest.whole.filter:
             break
         settled = _settled(behind)
         if settled is None:
-            return None
-        latest = settled
-    if latest.whole.filter is None:
+            break
+        latest, best = settled, _better(best, settled)
+    if best is None:
         return None
-    return _better(latest, _settled(latest.in_its_colour()) if latest.may_be_coloured else None)
+    return _better(best, _settled(best.in_its_colour()) if best.may_be_coloured else None)
 
 
 def _holds_against(one: Round, other: Round) -> bool:
