@@ -10,6 +10,10 @@ from friction_bayes.estimators.noise.smooth_curve import smooth_curve
 
 __all__ = ["zero_drift"]
 
+_MOTIONS = 4
+"""Along which a drift has to be found, each halfway to that under the law of the one before: a spring that is
+bent leaves along a motion on a straight one what is no drift."""
+
 
 def zero_drift(decay: PlainDecay) -> Array | None:
     """A drift at each sample, shape (n,), unit of the signal; None where there is rather none.
@@ -27,10 +31,13 @@ def zero_drift(decay: PlainDecay) -> Array | None:
     prepared = PreparedDecay(decay)
     if prepared.signal.size < LEAST_SAMPLES:
         return None
-    laid = prepared.along_fit()
-    laid = laid.with_other_forces(prepared, shapes=()).with_drift(laid.frequency * prepared.decay.time[-1])
-    probability, law = prepared.best_law_with(laid, DRIFT)
-    if probability < 0.5:
-        return None
+    path = prepared.along_fit()
+    for _ in range(_MOTIONS):
+        laid = path.with_other_forces(prepared, shapes=())
+        laid = laid.with_drift(laid.frequency * prepared.decay.time[-1])
+        probability, law = prepared.best_law_with(laid, DRIFT)
+        if probability < 0.5:
+            return None
+        path = prepared.along_law(laid, law, 0.5)
     change = laid.unit * law[[name == DRIFT for name in laid.regression.names]]
     return np.asarray(smooth_curve(decay.time, decay.time[-1]) @ change)
