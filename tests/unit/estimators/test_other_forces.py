@@ -49,7 +49,7 @@ def test_sets_have_one_size_and_shape_of_each_force_and_two_forces_at_most() -> 
         )
     assert len(np.unique(sets, axis=0)) == len(sets)
     # most machines have none of them
-    assert 1.0 / np.exp(log_odds).sum() > 0.7
+    assert 1.0 / np.exp(log_odds).sum() > 0.65
 
 
 def test_without_shapes_the_plain_forces_are_left() -> None:
