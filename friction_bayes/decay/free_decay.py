@@ -162,6 +162,14 @@ class FreeDecay:
             decay = replace(decay, values=decay.values[kept], stamps=decay.time[kept], step=step)
         return replace(decay, stray=(*self.stray, *left_out))
 
+    def without_samples_at(self, times: Array) -> FreeDecay:
+        """The same without the samples at some times in the record [s], ascending, shape (k,)."""
+        stray = np.zeros(self.values.size, np.bool_)
+        after = times - self.start_time
+        inside = after[(after >= 0.0) & (after <= self.time[-1])]
+        stray[np.rint(np.interp(inside, self.time, np.arange(stray.size))).astype(int)] = True
+        return self.without_stray(stray)
+
     def half_a_cycle_later(self) -> FreeDecay:
         """The same from a sixteenth of a cycle after the next turning point on."""
         to_turn = (-self.phase) % math.pi or math.pi

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.system import Oscillator, check_system
+from friction_bayes.decay.dropouts import without_dropouts
 from friction_bayes.decay.excursions import without_excursions
 from friction_bayes.decay.free_decay import check_sampling
 from friction_bayes.decay.location import decays_within
@@ -58,8 +59,8 @@ def split_decays(record: xr.DataArray, system: Oscillator) -> list[xr.DataArray]
 def _parts(record: xr.DataArray, system: Oscillator) -> list[slice]:
     """Parts of a recording without pauses that hold a free decay each."""
     step = sampling_interval(record)
-    values, _ = without_excursions(
-        np.asarray(record.values, dtype=np.float64), system.natural_frequency * step
-    )
+    angle = system.natural_frequency * step
+    values, _ = without_dropouts(np.asarray(record.values, dtype=np.float64), angle)
+    values, _ = without_excursions(values, angle)
     order = record_quantity(record).order
     return [each.part for each in decays_within(values, step, system.natural_frequency, order)]

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array, Indices, Integers, Mask
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
+from friction_bayes.decay.dropouts import has_repeats, without_dropouts
 from friction_bayes.decay.excursions import excursions_possible, without_excursions
 from friction_bayes.decay.free_decay import FreeDecay, after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
@@ -317,7 +318,10 @@ def _estimate_chunk(
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
     seen = extremes(values)
+    values, dropouts = _without_dropouts(values, system.natural_frequency * like.step, seen)
+    seen = extremes(values) if dropouts else seen
     values, mended = _without_excursions(values, system.natural_frequency * like.step, seen)
+    mended[list(dropouts)] = True
     doubtful = seen.flat | mended
     seen = extremes(values) if mended.any() else seen
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order, seen=seen)
@@ -349,10 +353,11 @@ def _estimate_chunk(
                 # amplitudes of a motion that has ended are judged as the method sees them
                 straight &= ~located.stops
             _look_longer(white, used, decays, seen_through)
+            white[list(dropouts)] = False
         _refuse_saturated(table, used, decays, white)
     if with_force:
         fit_of = partial(estimator.fit, prior=prior, peaks=PEAKS[0])
-        table, looked_at = _answered(table, used, decays, flags, white, straight, fits, fit_of)
+        table, looked_at = _answered(table, used, decays, flags, white, straight, fits, fit_of, dropouts)
     if not judge:
         return table
     return np.column_stack([table, _judged(table, used, decays, looked_at, flags, white & straight)])
@@ -463,6 +468,18 @@ def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
             located.status[row] = _LEAPS
 
 
+def _without_dropouts(values: Array, angle: float, seen: Extremes) -> tuple[Array, dict[int, Indices]]:
+    """Rows in which dropouts are replaced, and which samples those are, by row."""
+    mended, dropouts = values, {}
+    for row in np.flatnonzero(seen.finite).tolist():
+        if has_repeats(values[row]):
+            own, dropped = without_dropouts(values[row], angle)
+            if dropped.size:
+                mended = values.copy() if mended is values else mended
+                mended[row], dropouts[row] = own, dropped
+    return mended, dropouts
+
+
 def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask]:
     """Rows in which isolated excursions are replaced, and which; those that are not finite as they are."""
     which = np.zeros(len(values), dtype=np.bool_)
@@ -536,6 +553,7 @@ def _answered(
     straight: Mask,
     fits: Fits,
     fit_of: Callable[[FreeDecay], Fit],
+    dropouts: Mapping[int, Indices],
 ) -> tuple[Array, dict[int, tuple[FreeDecay, bool]]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
@@ -573,7 +591,10 @@ def _answered(
         answer = not_negative(answer_parts(fitted, None, uneven))
         write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
-        decay, fit = answered(decays.decay(row), fit_of)
+        decay = decays.decay(row)
+        if row in dropouts:
+            decay = decay.without_samples_at(decays.step * dropouts[row])
+        decay, fit = answered(decay, fit_of)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             used[row] = False

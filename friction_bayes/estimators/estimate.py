@@ -17,6 +17,7 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import interval, listed, number, percent, words
+from friction_bayes.decay.dropouts import set_dropouts_aside
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
@@ -149,6 +150,7 @@ def estimate(
     # not a decorator: its frame would take the place of the caller's line in warnings
     with single_threaded_blas():
         validate_record(record)
+        record, dropouts = set_dropouts_aside(record, system)
         record, _ = readings_alone(record, system.natural_frequency)
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)
@@ -161,6 +163,7 @@ def estimate(
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:
+            decay = decay.without_samples_at(dropouts)
             decay, fit = answered(decay, fit_of, from_here=start is not None)
             _refuse_negative(decay, fit)
             if decay.later:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 
-__all__ = ["held_readings"]
+__all__ = ["held_readings", "least_step"]
 
 _JUMP = 3.5
 """Steps of the sensor, before and after a repeat, from which on the motion did not wait for it."""
@@ -49,7 +49,7 @@ def held_readings(values: ArrayLike) -> Mask:
     inside = (signal < signal.max() - rounding) & (signal > signal.min() + rounding)
     if not inside.any():
         return inside
-    step = quantisation_step(signal[inside]) or _least_change(signal[inside])
+    step = least_step(signal[inside])
     changes = np.abs(np.diff(signal))
     starts = np.append(0, np.flatnonzero(changes > 0.0) + 1)
     lengths = np.diff(np.append(starts, signal.size))
@@ -68,8 +68,11 @@ def held_readings(values: ArrayLike) -> Mask:
     return held
 
 
-def _least_change(signal: Array) -> float:
-    """Least distance between two levels that differ by more than the digits they are printed with."""
+def least_step(signal: Array) -> float:
+    """Step of a sensor, or least distance between two levels that differ by more than printed digits do."""
+    step = quantisation_step(signal)
+    if step is not None:
+        return step
     levels = np.unique(signal)
     apart = np.diff(levels)
     apart = apart[apart > _SAME * np.ptp(levels)]

@@ -25,6 +25,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block, torn_blocks
+from friction_bayes.decay.dropouts import set_dropouts_aside
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
@@ -63,7 +64,7 @@ class Segment:
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     ignored : ndarray of bool, shape (n,)
-        Not fitted: isolated excursions; and where the acceleration jumps, its sample nearest to each turning
+        Not fitted: isolated excursions and dropouts; and where the acceleration jumps, its sample nearest to each turning
         point, which may be on either side of the jump; of means of blocks, which may average both sides, the
         neighbours too.
     moving : int
@@ -181,8 +182,10 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
+    record, dropouts = set_dropouts_aside(record, system)
     record, kept = readings_alone(record, system.natural_frequency)
-    record, stray = set_excursions_aside(record, system)
+    record, excursions = set_excursions_aside(record, system)
+    stray = np.append(excursions, np.flatnonzero(np.isin(record["time"].values, dropouts)))
     resolution = quantisation_step(record.values)
     recorded = np.asarray(record["time"].values, dtype=np.float64)
     record, block = _averaged(record, system)
