@@ -593,7 +593,7 @@ def _answered(
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         decay = decays.decay(row)
         if row in dropouts:
-            decay = decay.without_samples_at(decays.step * dropouts[row])
+            decay = decay.without_samples_at(np.multiply(decays.step, dropouts[row], dtype=np.float64))
         decay, fit = answered(decay, fit_of)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
