@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array, Indices, Integers, Mask
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
@@ -260,6 +261,8 @@ class FreeDecays:
         Sampling interval [s].
     system, quantity, unit
         What was measured, of what, and in which unit.
+    dropouts : mapping of int to ndarray of int
+        Samples, by row, that are no readings, and in whose place the motion around them is.
     """
 
     values: Array
@@ -268,6 +271,7 @@ class FreeDecays:
     system: Oscillator
     quantity: Quantity
     unit: str
+    dropouts: Mapping[int, Indices] = MappingProxyType({})
 
     @property
     def usable(self) -> Mask:
@@ -292,6 +296,13 @@ class FreeDecays:
             disturbed=int(located.disturbed[row]),
             driven=bool(located.driven[row]),
         )
+
+    def readings(self, row: int) -> FreeDecay:
+        """The same without dropouts."""
+        decay, dropouts = self.decay(row), self.dropouts.get(row)
+        if dropouts is None:
+            return decay
+        return decay.without_samples_at(np.multiply(self.step, dropouts, dtype=np.float64))
 
     @property
     def counts(self) -> Integers:
