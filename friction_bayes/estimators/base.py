@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -271,7 +270,7 @@ class FreeDecays:
     system: Oscillator
     quantity: Quantity
     unit: str
-    dropouts: Mapping[int, Indices] = MappingProxyType({})
+    dropouts: Mapping[int, Indices] = field(default_factory=dict)
 
     @property
     def usable(self) -> Mask:
