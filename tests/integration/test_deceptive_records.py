@@ -75,13 +75,20 @@ def test_one_wild_sample_is_named_and_set_aside(
     assert found["friction"]["sd"] == pytest.approx(usual["friction"]["sd"], rel=0.1)
 
 
-@pytest.mark.parametrize("places", [[90, 234, 410], [310, 311, 312], [0, 1, 998]])
+@pytest.mark.parametrize(
+    ("places", "said"),
+    [
+        ([90, 234, 410], "3 samples leap out of the motion"),
+        ([310, 311, 312], "3 samples in 1 run of one value each"),
+        ([0, 1, 998], "3 samples leap out of the motion"),
+    ],
+)
 def test_marks_of_missing_samples_are_no_saturation(
-    run: Callable[..., Any], plain: Array, places: list[int]
+    run: Callable[..., Any], plain: Array, places: list[int], said: str
 ) -> None:
     plain[places] = -9.99
     found = run("estimate", plain)
-    assert "3 samples leap out of the motion" in found["notes"][-1]
+    assert said in found["notes"][-1]
     assert covers(found["friction"], FRICTION)
     assert found["noise_sd"]["mean"] == pytest.approx(NOISE_SD, rel=0.1)
 
@@ -101,7 +108,8 @@ def test_the_loop_sets_the_same_samples_aside(run: Callable[..., Any], plain: Ar
     assert covers(found["friction_after"], FRICTION)
     assert found["fitted"]["set_aside"] == 3
     assert found["noise"]["sd"] == pytest.approx(NOISE_SD, rel=0.1)
-    assert "3 samples leap out of the motion" in found["notes"][0]
+    assert "2 samples in 1 run of one value each" in found["notes"][0]
+    assert "1 sample leaps out of the motion" in found["notes"][1]
 
 
 def test_a_number_of_samples_a_period_is_asked_for_by_both(run: Callable[..., Any]) -> None:

@@ -48,9 +48,9 @@ class Segment:
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     ignored : ndarray of bool, shape (n,)
-        Not fitted: isolated excursions and dropouts; and where the acceleration jumps, its sample nearest to each turning
-        point, which may be on either side of the jump; of means of blocks, which may average both sides, the
-        neighbours too.
+        Not fitted: isolated excursions and dropouts; and where the acceleration jumps, its sample nearest to
+        each turning point, which may be on either side of the jump; of means of blocks, which may average
+        both sides, the neighbours too.
     moving : int
         Samples before the stop.
     first : int
