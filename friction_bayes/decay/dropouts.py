@@ -33,7 +33,7 @@ __all__ = ["has_repeats", "set_dropouts_aside", "without_dropouts"]
 _LONGEST = 15
 """Samples of one value that are looked at: more are a sensor that no longer measures."""
 _SHARE = 1e-5
-"""Prior share of dropouts among runs of one value: twice as large, it moves the limit by an eighth of an sd."""
+"""Prior share of dropouts among runs of one value: twice as large, it moves the limit by 1/8 sd."""
 _LEAST_SUPPORT = 4
 """Samples on either side that say where the motion was; as many as a longer run has."""
 _FEWEST = 2
@@ -118,9 +118,7 @@ def _fill(values: Array, angle: float) -> Array:
     support = np.maximum(lengths, _LEAST_SUPPORT)
     before, after = np.minimum(support, first), np.minimum(support, values.size - first - lengths)
     may_be = (before >= _FEWEST) & (after >= _FEWEST) & (before + after >= 2 * _LEAST_SUPPORT - 1)
-    kinds, which = np.unique(
-        np.column_stack([lengths, before, after])[may_be], axis=0, return_inverse=True
-    )
+    kinds, which = np.unique(np.column_stack([lengths, before, after])[may_be], axis=0, return_inverse=True)
     for k, (length, ahead, behind) in enumerate(kinds.tolist()):
         own = first[may_be][which.ravel() == k]
         gap = _gap(length, ahead, behind, angle)

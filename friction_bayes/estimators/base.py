@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array, Indices, Integers, Mask
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
@@ -261,6 +261,8 @@ class FreeDecays:
         Sampling interval [s].
     system, quantity, unit
         What was measured, of what, and in which unit.
+    dropouts : mapping of int to ndarray of int
+        Samples that take the place of dropouts, by row.
     """
 
     values: Array
@@ -269,6 +271,7 @@ class FreeDecays:
     system: Oscillator
     quantity: Quantity
     unit: str
+    dropouts: Mapping[int, Indices] = field(default_factory=dict)
 
     @property
     def usable(self) -> Mask:
@@ -293,6 +296,12 @@ class FreeDecays:
             disturbed=int(located.disturbed[row]),
             driven=bool(located.driven[row]),
         )
+
+    def without_dropouts(self, row: int) -> FreeDecay:
+        """The moving part of a record by itself, without the samples that take the place of dropouts."""
+        decay = self.decay(row)
+        dropouts = self.dropouts.get(row)
+        return decay if dropouts is None else decay.without_samples_at(np.asarray(self.step * dropouts))
 
     @property
     def counts(self) -> Integers:

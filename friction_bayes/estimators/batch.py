@@ -327,7 +327,7 @@ def _estimate_chunk(
             located.status[row] = _CLIPPED
     if kind.order == 0:
         _set_leaps_apart(values, located, seen.gap)
-    decays = replace(like, values=values, located=located)
+    decays = replace(like, values=values, located=located, dropouts=dropouts)
     fits = estimator.fit_many(decays, prior, peaks=peaks)
     found, family = fits.found, fits.family
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
@@ -354,7 +354,7 @@ def _estimate_chunk(
         _refuse_saturated(table, used, decays, white)
     if with_force:
         fit_of = partial(estimator.fit, prior=prior, peaks=PEAKS[0])
-        table, looked_at = _answered(table, used, decays, flags, white, straight, fits, fit_of, dropouts)
+        table, looked_at = _answered(table, used, decays, flags, white, straight, fits, fit_of)
     if not judge:
         return table
     return np.column_stack([table, _judged(table, used, decays, looked_at, flags, white & straight)])
@@ -558,7 +558,6 @@ def _answered(
     straight: Mask,
     fits: Fits,
     fit_of: Callable[[FreeDecay], Fit],
-    dropouts: Mapping[int, Indices],
 ) -> tuple[Array, dict[int, tuple[FreeDecay, bool]]]:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
@@ -596,10 +595,7 @@ def _answered(
         answer = not_negative(answer_parts(fitted, None, uneven))
         write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
-        decay = decays.decay(row)
-        if row in dropouts:
-            decay = decay.without_samples_at(np.asarray(decays.step * dropouts[row]))
-        decay, fit = answered(decay, fit_of)
+        decay, fit = answered(decays.without_dropouts(row), fit_of)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             used[row] = False

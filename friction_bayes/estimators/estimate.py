@@ -155,10 +155,8 @@ def estimate(
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)
         refuse_saturated(decay)
-        spline: list[str] = []
-        if method != WaveformEstimator.name and not decay.evenly_spaced:
-            decay = decay.on_even_grid()
-            spline.append(_SPLINE)
+        spline = [_SPLINE] * (method != WaveformEstimator.name and not decay.evenly_spaced)
+        decay = decay.on_even_grid() if spline else decay
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:

@@ -511,9 +511,7 @@ def _across_gap(decay: PlainDecay, phase: Array, ends: Array) -> Array:
     states = np.column_stack([motion.displacement, motion.velocity])
     share, left = (phase - phase[0]) / (phase[-1] - phase[0]), phase[-1] - phase
     x, v = ends[1] - states[-1]
-    missed = np.column_stack(
-        [x * np.cos(left) - v * np.sin(left), x * np.sin(left) + v * np.cos(left)]
-    )
+    missed = np.column_stack([x * np.cos(left) - v * np.sin(left), x * np.sin(left) + v * np.cos(left)])
     return np.asarray(states + share[:, None] * missed)
 
 

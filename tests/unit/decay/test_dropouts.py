@@ -16,7 +16,7 @@ from tests.decays import SYSTEM, written_decay
 RATE, SHIFT, NOISE = 100.0, 5e-4, 5e-5
 ANGLE = SYSTEM.natural_frequency / RATE
 TIME = np.arange(1200) / RATE
-CLEAN = np.where(TIME < 2.0 * np.pi, written_decay(TIME, 0.0202, SHIFT), 2e-4)
+CLEAN = np.where(2.0 * np.pi > TIME, written_decay(TIME, 0.0202, SHIFT), 2e-4)
 RUNS = {"zero": (100, 4, 0.0), "last": (221, 9, None), "rail": (310, 15, 0.04), "two": (404, 2, -0.02)}
 
 
