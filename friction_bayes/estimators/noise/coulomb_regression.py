@@ -507,7 +507,9 @@ def _across_gap(decay: PlainDecay, phase: Array, ends: Array) -> Array:
 
     By how much it misses the second, as on a pendulum that swings slower, it has missed in proportion before.
     """
-    motion = coulomb_decay(_NATURAL, abs(decay.coefficient), *ends[0].tolist(), phase - phase[0])
+    motion = coulomb_decay(
+        _NATURAL, abs(decay.coefficient), float(ends[0, 0]), float(ends[0, 1]), phase - phase[0]
+    )
     states = np.column_stack([motion.displacement, motion.velocity])
     share, left = (phase - phase[0]) / (phase[-1] - phase[0]), phase[-1] - phase
     x, v = ends[1] - states[-1]

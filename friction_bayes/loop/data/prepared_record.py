@@ -214,7 +214,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
             held = np.abs(used - end) <= ROUNDING * np.ptp(values)
             if np.count_nonzero(held) > 3:
                 sides[held] = side
-    ignored = not_fitted[block * first : block * (first + n)].reshape(n, block).any(axis=1)
+    ignored = np.asarray(not_fitted[block * first : block * (first + n)].reshape(n, block).any(axis=1))
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
