@@ -1,13 +1,12 @@
 r"""Dropouts: short runs of one value that the motion cannot have, as of a reader that loses its target.
 
 The samples on either side of a run of equal ones fit an oscillation, which says where the run begins and
-ends. Those it has dropped out of are anywhere within the range of the signal, others as far off as the fit
-usually is,
+ends. Dropouts are anywhere within the range of the signal, others as far off as the fit usually is,
 
 .. math:: p(d) = (1 - \epsilon)\, N(d; 0, \sigma^2) + \epsilon / R,
 
 with ``d`` the distance less one step of the sensor and what the motion covers in one sample: where a sensor
-ends, sticks, or has but steps, a run ends where the motion goes on.
+is at the end of its range, sticks, or has but steps, a run ends where the motion goes on.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ __all__ = ["has_repeats", "set_dropouts_aside", "without_dropouts"]
 _LONGEST = 15
 """Samples of one value that are looked at: more are a sensor that no longer measures."""
 _SHARE = 1e-5
-"""Prior share of dropouts among runs of one value: twice as large, it moves the limit by .13 sd."""
+"""Prior share of dropouts among runs of one value: twice as large, it moves the limit by 1/8 sd."""
 _LEAST_SUPPORT = 4
-"""Samples on either side that say where the motion was, or as many as the run has, if there are as many."""
+"""Samples on either side that say where the motion was; as many as a longer run has."""
 _FEWEST = 2
 """On one side, at an end of the record."""
 _PLACES = 300

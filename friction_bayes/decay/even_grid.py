@@ -6,13 +6,15 @@ import math
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.records.clock import GAP, LONGEST_BRIDGED_GAP
 
-__all__ = ["even_grid"]
+__all__ = ["even_grid", "filled_in"]
 
 _AROUND_GAP = 0.25
 """Periods before and after a gap from which what is missing is filled in."""
+_AROUND_LONG_GAP = 0.5
+"""Likewise where it is longer than that: friction goes either way in a whole one."""
 
 
 def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Array]:
@@ -54,13 +56,51 @@ def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
     return grid, even
 
 
+def filled_in(time: Array, values: Array, frequency: float) -> tuple[Array, Array, Mask]:
+    """Fill gaps of several samples by an oscillation at the typical interval.
+
+    Parameters
+    ----------
+    time, values, frequency
+        As for :func:`even_grid`.
+
+    Returns
+    -------
+    time, values : ndarray, shape (m,)
+        With the others where they are.
+    filled : ndarray of bool, shape (m,)
+        Which samples were not recorded.
+    """
+    intervals = np.diff(time)
+    apart = intervals / np.median(intervals)
+    index = np.append(0, np.cumsum(np.where(apart > LONGEST_BRIDGED_GAP, np.rint(apart), 1.0))).astype(int)
+    whole = np.interp(np.arange(index[-1] + 1), index, time)
+    filled = np.ones(whole.size, np.bool_)
+    filled[index] = False
+    mended = np.empty(whole.size)
+    mended[index] = values
+    for k in np.flatnonzero(np.diff(index) > 1).tolist():
+        inside = slice(index[k] + 1, index[k + 1])
+        mended[inside] = _oscillation(whole[inside], time, values, (time[k], time[k + 1]), frequency)
+    # as on the even grid
+    return whole, np.clip(mended, values.min(), values.max()), filled
+
+
 def _oscillation(at: Array, time: Array, values: Array, gap: tuple[float, float], frequency: float) -> Array:
-    """The oscillation that fits the samples next to a gap, by least squares, at times inside it."""
-    middle, reach = 0.5 * (gap[0] + gap[1]), _AROUND_GAP * 2.0 * math.pi / frequency
+    """The oscillation that fits the samples next to a gap, by least squares, at times inside it.
+
+    Across more than half a half cycle its amplitude and phase change along a line.
+    """
+    middle, period = 0.5 * (gap[0] + gap[1]), 2.0 * math.pi / frequency
+    long = gap[1] - gap[0] > _AROUND_GAP * period
+    reach = _AROUND_LONG_GAP * period if long else _AROUND_GAP * period
     near = (time > gap[0] - reach) & (time < gap[1] + reach)
 
     def waves(t: Array) -> Array:
         angle = frequency * (t - middle)
-        return np.column_stack([np.ones_like(t), np.sin(angle), 1.0 - np.cos(angle)])
+        columns = [np.ones_like(t), np.sin(angle), 1.0 - np.cos(angle)]
+        if long:
+            columns += [angle * np.sin(angle), angle * np.cos(angle)]
+        return np.column_stack(columns)
 
     return np.asarray(waves(at) @ np.linalg.lstsq(waves(time[near]), values[near], rcond=None)[0])

@@ -261,7 +261,7 @@ class FreeDecays:
     system, quantity, unit
         What was measured, of what, and in which unit.
     dropouts : mapping of int to ndarray of int
-        Samples, by row, that are no readings, and in whose place the motion around them is.
+        Samples that take the place of dropouts, by row.
     """
 
     values: Array
@@ -296,12 +296,11 @@ class FreeDecays:
             driven=bool(located.driven[row]),
         )
 
-    def readings(self, row: int) -> FreeDecay:
-        """The same without dropouts."""
-        decay, dropouts = self.decay(row), self.dropouts.get(row)
-        if dropouts is None:
-            return decay
-        return decay.without_samples_at(np.multiply(self.step, dropouts, dtype=np.float64))
+    def without_dropouts(self, row: int) -> FreeDecay:
+        """The moving part of a record by itself, without the samples that take the place of dropouts."""
+        decay = self.decay(row)
+        dropouts = self.dropouts.get(row)
+        return decay if dropouts is None else decay.without_samples_at(np.asarray(self.step * dropouts))
 
     @property
     def counts(self) -> Integers:

@@ -318,10 +318,7 @@ def _estimate_chunk(
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
     seen = extremes(values)
-    values, dropouts = _without_dropouts(values, system.natural_frequency * like.step, seen)
-    seen = extremes(values) if dropouts else seen
-    values, mended = _without_excursions(values, system.natural_frequency * like.step, seen)
-    mended[list(dropouts)] = True
+    values, mended, dropouts = _set_aside(values, system.natural_frequency * like.step, seen)
     doubtful = seen.flat | mended
     seen = extremes(values) if mended.any() else seen
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order, seen=seen)
@@ -468,6 +465,14 @@ def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
             located.status[row] = _LEAPS
 
 
+def _set_aside(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask, dict[int, Indices]]:
+    """Rows without dropouts and excursions, which those were in, and the dropouts' samples by row."""
+    values, dropouts = _without_dropouts(values, angle, seen)
+    values, mended = _without_excursions(values, angle, extremes(values) if dropouts else seen)
+    mended[list(dropouts)] = True
+    return values, mended, dropouts
+
+
 def _without_dropouts(values: Array, angle: float, seen: Extremes) -> tuple[Array, dict[int, Indices]]:
     """Rows in which dropouts are replaced, and which samples those are, by row."""
     mended, dropouts = values, {}
@@ -590,7 +595,7 @@ def _answered(
         answer = not_negative(answer_parts(fitted, None, uneven))
         write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
-        decay, fit = answered(decays.readings(row), fit_of)
+        decay, fit = answered(decays.without_dropouts(row), fit_of)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             used[row] = False

@@ -156,7 +156,8 @@ def estimate(
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)
         refuse_saturated(decay)
-        decay, spline = (decay, []) if method == WaveformEstimator.name else _on_even_grid(decay)
+        spline = [_SPLINE] * (method != WaveformEstimator.name and not decay.evenly_spaced)
+        decay = decay.on_even_grid() if spline else decay
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:
@@ -281,11 +282,6 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     if uneven.sure:
         warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
-
-
-def _on_even_grid(decay: FreeDecay) -> tuple[FreeDecay, list[str]]:
-    """A decay on an even grid, and the remark that it was put there."""
-    return (decay, []) if decay.evenly_spaced else (decay.on_even_grid(), [_SPLINE])
 
 
 def _bent_notes(decay: FreeDecay, fit: Fit) -> list[str]:

@@ -42,13 +42,16 @@ GAP = 1.5
 LONGEST_BRIDGED_GAP = 3.0
 """Up to this many typical intervals may lie between samples, however few a period has."""
 
-LONGEST_GAP_IN_PERIODS = 0.25
-"""Nor do longer ones harm up to this share of a period: what a decay is sought on is an oscillation
-there, by the samples next to it, and all else goes by the samples alone."""
+LONGEST_GAP_IN_PERIODS = 1.0
+"""Nor do longer ones up to so many periods: a decay is sought on an oscillation through the samples next to
+it, and the fit goes by the samples alone. A declared frequency may be off by a tenth, and half cycles would
+be miscounted after two periods and a half; an envelope, which takes what is filled in for samples, covers
+less after two.
+"""
 
 LOST = (
-    "remove those rows, the times need not be even; where they last a quarter of a period or more, cut the "
-    "record there, by --start or --end"
+    "remove those rows, the times need not be even; where they last a period or more, cut the record there, "
+    "by --start or --end"
 )
 """What to do about samples that hold no value."""
 

@@ -21,9 +21,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
 from friction_bayes.estimators.noise.added_columns import AddedColumns
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, likely_filters
@@ -48,6 +48,8 @@ from friction_bayes.estimators.noise.recording_filters import (
     own_columns,
 )
 from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
+from friction_bayes.mechanics.coulomb import coulomb_decay
+from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import integrate_force
@@ -80,6 +82,7 @@ _DRIFT_SHARE, _DRIFTS = 0.1, 0.1
 along a line or a curve."""
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
+_NATURAL = Oscillator(mass=1.0, stiffness=1.0)
 _ON_GRID = 0.05
 """Share of the step within which samples lie on an even grid."""
 _MOST_ROUNDS = 4
@@ -481,22 +484,41 @@ def _least_samples(coefficients: int) -> int:
 def _on_even_grid(decay: PlainDecay) -> PlainDecay:
     """The same with what is missing from an even grid: values are nan there, the motion as it was fitted.
 
-    As it is where the samples lie on no such grid.
+    Where the samples lie on no such grid, with what is missing from long gaps.
     """
     steps = np.diff(decay.time)
-    index = np.concatenate([[0], np.cumsum(np.rint(steps / np.median(steps)))]).astype(np.intp)
+    apart = np.rint(steps / np.median(steps))
+    index = np.concatenate([[0], np.cumsum(apart)]).astype(np.intp)
     step = decay.time[-1] / index[-1]
-    off_grid = np.abs(decay.time - step * index) > _ON_GRID * step
-    if index[-1] + 1 == index.size or off_grid.any() or np.any(np.diff(index) < 1):
+    if np.any(np.abs(decay.time - step * index) > _ON_GRID * step) or np.any(apart < 1.0):
+        apart[apart <= LONGEST_BRIDGED_GAP] = 1.0
+        index = np.concatenate([[0], np.cumsum(apart)]).astype(np.intp)
+    if index[-1] + 1 == index.size:
         return decay
-    time = step * np.arange(index[-1] + 1)
+    time = np.interp(np.arange(index[-1] + 1), index, decay.time)
     values = np.full(time.size, np.nan)
     values[index] = decay.values
-    motion = CubicHermiteSpline(decay.frequency * step * index, *decay.states.T)
-    phase = decay.frequency * time
-    states = np.column_stack([motion(phase), motion(phase, 1)])
+    states = np.empty((time.size, 2))
     states[index] = decay.states
+    for k in np.flatnonzero(apart > 1.0).tolist():
+        inside = slice(index[k], index[k + 1] + 1)
+        states[inside] = _across_gap(decay, decay.frequency * time[inside], decay.states[k : k + 2])
     return replace(decay, time=time, values=values, states=states)
+
+
+def _across_gap(decay: PlainDecay, phase: Array, ends: Array) -> Array:
+    """Dry friction's motion from the first of two states, shape (2, 2), to the second, shape (n, 2).
+
+    By how much it misses the second, as on a pendulum that swings slower, it has missed in proportion before.
+    """
+    motion = coulomb_decay(
+        _NATURAL, abs(decay.coefficient), float(ends[0, 0]), float(ends[0, 1]), phase - phase[0]
+    )
+    states = np.column_stack([motion.displacement, motion.velocity])
+    share, left = (phase - phase[0]) / (phase[-1] - phase[0]), phase[-1] - phase
+    x, v = ends[1] - states[-1]
+    missed = np.column_stack([x * np.cos(left) - v * np.sin(left), x * np.sin(left) + v * np.cos(left)])
+    return np.asarray(states + share[:, None] * missed)
 
 
 def _surely_sliding(states: Array, friction: float, step: float) -> int:

@@ -24,8 +24,9 @@ from scipy.ndimage import binary_dilation, median_filter
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block, torn_blocks
+from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
 from friction_bayes.decay.dropouts import set_dropouts_aside
+from friction_bayes.decay.even_grid import filled_in
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
@@ -33,7 +34,7 @@ from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop import settings
 from friction_bayes.records.clipping import clipped_fraction
-from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.clock import check_gaps, sampling_interval
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import validate_record
@@ -73,6 +74,8 @@ class Segment:
         Which of the kept samples is the first.
     kept : ndarray of bool, shape (recorded,)
         Samples of the record that do not repeat a reading that was held.
+    filled : ndarray of bool, shape (m,)
+        Of the kept samples and those put into gaps, which are the latter; these are not fitted.
     block : int
         Samples of the record that each value is the mean of.
     resolution : float or None
@@ -89,6 +92,7 @@ class Segment:
     moving: int
     first: int
     kept: Mask
+    filled: Mask
     block: int
     resolution: float | None = None
     held: int = 0
@@ -120,8 +124,16 @@ class Segment:
 
     def of_record(self, values: Array) -> Array:
         """Another quantity of the same record, shape (recorded,), at the segment's samples."""
-        used = values[self.kept][self.first : self.first + self.block * self.values.size]
+        at = np.arange(self.filled.size)
+        whole = np.interp(at, at[~self.filled], values[self.kept])
+        used = whole[self.first : self.first + self.block * self.values.size]
         return block_means(used, self.block)
+
+    @property
+    def in_gaps(self) -> Mask:
+        """Values of samples some of which were not recorded, shape (n,)."""
+        used = self.filled[self.first : self.first + self.block * self.values.size]
+        return np.asarray(used.reshape(-1, self.block).any(axis=1))
 
     @property
     def duration(self) -> float:
@@ -186,8 +198,11 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     record, kept = readings_alone(record, system.natural_frequency)
     record, excursions = set_excursions_aside(record, system)
     stray = np.append(excursions, np.flatnonzero(np.isin(record["time"].values, dropouts)))
+    check_gaps(record, system.natural_frequency)
+    record, filled = _filled_in(record, system)
+    not_fitted = filled.copy()
+    not_fitted[np.flatnonzero(~filled)[stray]] = True
     resolution = quantisation_step(record.values)
-    recorded = np.asarray(record["time"].values, dtype=np.float64)
     record, block = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     decay = find_free_decay(record, system, resolution=resolution)
@@ -215,9 +230,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
             held = np.abs(used - end) <= ROUNDING * np.ptp(values)
             if np.count_nonzero(held) > 3:
                 sides[held] = side
-    ignored = np.zeros(n, dtype=bool)
-    ignored[[i for i in (stray // block - first).tolist() if 0 <= i < n]] = True
-    ignored |= torn_blocks(recorded, block)[first : first + n]
+    ignored = np.asarray(not_fitted[block * first : block * (first + n)].reshape(n, block).any(axis=1))
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
@@ -233,10 +246,21 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         moving=min(moving, n),
         first=first * block,
         kept=kept,
+        filled=filled,
         block=block,
         resolution=resolution,
         held=before_release,
     )
+
+
+def _filled_in(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, Mask]:
+    """The record without gaps, and which samples were put into them."""
+    time, values = (np.asarray(each, dtype=np.float64) for each in (record["time"].values, record.values))
+    time, values, filled = filled_in(time, values, system.natural_frequency)
+    if not filled.any():
+        return record, filled
+    stamps = {"time": ("time", time, record["time"].attrs)}
+    return xr.DataArray(values, coords=stamps, attrs=record.attrs), filled
 
 
 def _outliers_matter(values: Array, angle: float) -> bool:

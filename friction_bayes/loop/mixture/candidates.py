@@ -351,8 +351,9 @@ class Candidates:
     @property
     def fitted(self) -> tuple[int, int, int]:
         fit = self.best[0]
-        aside = np.count_nonzero(~fit.clock.used)
-        return fit.record.samples, fit.path.turning.size, int(aside)
+        recorded = ~fit.segment.in_gaps[: fit.record.samples]
+        aside = np.count_nonzero(recorded & ~fit.clock.used)
+        return int(np.count_nonzero(recorded)), fit.path.turning.size, int(aside)
 
     @cached_property
     def traces(self) -> tuple[RecordTrace, ...]:

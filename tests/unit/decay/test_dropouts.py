@@ -16,8 +16,7 @@ from tests.decays import SYSTEM, written_decay
 RATE, SHIFT, NOISE = 100.0, 5e-4, 5e-5
 ANGLE = SYSTEM.natural_frequency / RATE
 TIME = np.arange(1200) / RATE
-_MOVES_UNTIL = 2.0 * np.pi
-CLEAN = np.where(_MOVES_UNTIL > TIME, written_decay(TIME, 0.0202, SHIFT), 2e-4)
+CLEAN = np.where(2.0 * np.pi > TIME, written_decay(TIME, 0.0202, SHIFT), 2e-4)
 RUNS = {"zero": (100, 4, 0.0), "last": (221, 9, None), "rail": (310, 15, 0.04), "two": (404, 2, -0.02)}
 
 
@@ -27,7 +26,8 @@ def noisy(rng: np.random.Generator) -> np.ndarray:
 
 def with_runs(values: np.ndarray) -> tuple[np.ndarray, list[int]]:
     """Dropouts to several values, and the samples at them."""
-    values, at = values.copy(), []
+    at: list[int] = []
+    values = values.copy()
     for first, length, level in RUNS.values():
         values[first : first + length] = values[first - 1] if level is None else level
         # the reading that is held is the first of those alike
@@ -85,7 +85,7 @@ def test_they_cost_what_they_would_have_shown(rng: np.random.Generator) -> None:
     values = noisy(rng)
     wrong, at = with_runs(values)
     whole = fb.estimate(record(values), SYSTEM)
-    with pytest.warns(RecordWarning, match=r"^run: 31 samples in 4 runs of one value .* from sample 101 "):
+    with pytest.warns(RecordWarning, match=r"^run: 31 samples in 4 runs of one value each, .* sample 101 "):
         lacking = fb.estimate(record(wrong), SYSTEM)
     assert lacking.decay.stray == pytest.approx(TIME[at])
     assert lacking.friction.mean() == pytest.approx(whole.friction.mean(), abs=whole.friction.std())

@@ -294,22 +294,28 @@ def whole() -> Estimate:
     return estimate(make_record(*with_lost(), "displacement"), SYSTEM)
 
 
-@pytest.mark.parametrize("first", [3, 100, 117, 400, 597])
-def test_a_gap_of_less_than_a_quarter_of_a_period_costs_what_it_would_have_shown(
-    first: int, whole: Estimate
+@pytest.mark.parametrize(
+    ("first", "length", "rel"),
+    [
+        *((first, 16, 0.1) for first in (3, 100, 117, 400, 597)),
+        *((k, 67, 1.0) for k in (3, 100, 117, 400, 550)),
+    ],
+)
+def test_a_gap_of_less_than_a_period_costs_what_it_would_have_shown(
+    first: int, length: int, rel: float, whole: Estimate
 ) -> None:
-    """Seventeen intervals of 69 a period; the number of samples in it does not matter."""
-    lacking = estimate(make_record(*with_lost(slice(first, first + 16)), "displacement"), SYSTEM)
+    """Of 69 samples a period: a whole one is a tenth of all, and may leave a slight force some per cent."""
+    lacking = estimate(make_record(*with_lost(slice(first, first + length)), "displacement"), SYSTEM)
     assert lacking.friction.mean() == pytest.approx(whole.friction.mean(), abs=whole.friction.std())
-    assert lacking.friction.std() == pytest.approx(whole.friction.std(), rel=0.1)
+    assert lacking.friction.std() == pytest.approx(whole.friction.std(), rel=rel)
 
 
 def test_a_longer_gap_is_refused_and_named() -> None:
-    record = make_record(*with_lost(slice(100, 117)), "displacement", name="swing.csv")
+    record = make_record(*with_lost(slice(100, 169)), "displacement", name="swing.csv")
     with pytest.raises(
         InputError,
-        match=r"^swing.csv: gap of 0.09 s after sample 100 \(t = 0.495 s\): 0.261 periods .* typical "
-        r"interval is 0.005 s; take the part before it, end=0.495, or after it, start=0.585; ",
+        match=r"^swing.csv: gap of 0.35 s after sample 100 \(t = 0.495 s\): 1.01 periods .* typical "
+        r"interval is 0.005 s; take the part before it, end=0.495, or after it, start=0.845; ",
     ):
         estimate(record, SYSTEM)
 
@@ -320,6 +326,6 @@ def test_two_samples_may_be_lost_anywhere_however_few_a_period_has() -> None:
     for first in range(1, values.size - 2):
         kept = np.delete(np.arange(values.size), [first, first + 1])
         assert find_free_decay(make_record(time[kept], values[kept], "displacement"), SYSTEM).values.size > 50
-    lost_three = np.delete(np.arange(values.size), [30, 31, 32])
-    with pytest.raises(InputError, match=r"gap of 0\.2 s"):
-        find_free_decay(make_record(time[lost_three], values[lost_three], "displacement"), SYSTEM)
+    lost_six = np.delete(np.arange(values.size), range(30, 36))
+    with pytest.raises(InputError, match=r"gap of 0\.35 s"):
+        find_free_decay(make_record(time[lost_six], values[lost_six], "displacement"), SYSTEM)
