@@ -162,9 +162,14 @@ def friction_between_records(
     }
 
 
-def _reduced_chi_square(alone: Sequence[ForceFit], rng: np.random.Generator) -> float:
-    """Reduced chi-square of the frictions by each record alone, about their weighted mean."""
+def _reduced_chi_square(alone: Sequence[ForceFit], rng: np.random.Generator) -> float | None:
+    """Reduced chi-square of the frictions by each record alone, about their weighted mean.
+
+    None where one has surely none: it has no scatter to compare with.
+    """
     drawn = [draw_laws(LawFit.of(one), rng, DRAWS).friction for one in alone]
+    if not all(x.any() for x in drawn):
+        return None
     mean, weight = np.array([x.mean() for x in drawn]), np.array([1.0 / x.var() for x in drawn])
     centre = float(weight @ mean / weight.sum())
     return float(weight @ (mean - centre) ** 2 / (len(drawn) - 1))
