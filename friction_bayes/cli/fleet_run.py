@@ -146,7 +146,7 @@ def _settings_of(out: Path) -> Any:
             attributes = json.loads((out / ".zattrs").read_text(encoding="utf-8"))
             return json.loads(attributes["manifest"])["settings"]
         return json.loads((out / "manifest.json").read_text(encoding="utf-8"))["settings"]
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, KeyError, TypeError):
         return None
 
 

@@ -254,8 +254,9 @@ class _Density:
 
     def place(self, force: GridPoint) -> Array:
         """Place of a force, its correlation time moved within the bounds of the prior."""
-        tau = min(max(force.tau, self.prior.tau_low), self.prior.tau_high)
-        return np.log([force.ratio * at_resonance(tau), tau])
+        low, high = math.log(self.prior.tau_low) + _ROUNDING, math.log(self.prior.tau_high) - _ROUNDING
+        log_tau = min(max(math.log(force.tau), low), high)
+        return np.array([math.log(force.ratio * at_resonance(math.exp(log_tau))), log_tau])
 
     def force(self, place: Array) -> tuple[float, float]:
         tau = math.exp(place[1])

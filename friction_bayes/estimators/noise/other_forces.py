@@ -176,7 +176,7 @@ def other_force_columns(
     states = force_response(path, forces(path.nodes))
     sensor = at_sensor(states, row, forces(path.samples))
     # a bent scale moves nothing, and comes before what has a shape
-    bent, place = _bent_readings(path, row), sensor.shape[1] - 2 * len(shapes)
+    bent, place = _bent_readings(path, row, friction), sensor.shape[1] - 2 * len(shapes)
     states = np.insert(states, [place] * bent.shape[1], 0.0, axis=2)
     sensor, times = np.insert(sensor, [place] * bent.shape[1], bent, axis=1), len(_SIZES)
     return AddedColumns(
@@ -188,9 +188,10 @@ def other_force_columns(
     )
 
 
-def _bent_readings(path: MeasuredPath, row: Array) -> Array:
+def _bent_readings(path: MeasuredPath, row: Array, friction: float) -> Array:
     """Square and cube of what a sensor reads, as large as that, shape (n, 2)."""
-    read = row[..., 0] * path.x + row[..., 1] * path.v
+    acceleration = -path.restoring(path.x) - friction * path.expected_direction
+    read = acceleration if np.any(row[..., 2]) else row[..., 0] * path.x + row[..., 1] * path.v
     largest = float(np.max(np.abs(read)))
     return np.column_stack([read**2 / largest, read**3 / largest**2])
 

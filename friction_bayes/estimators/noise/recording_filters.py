@@ -511,7 +511,7 @@ def _bessel(angle: float) -> FilterKind:
 
 
 def _resonance(angle: float, damping: float) -> FilterKind:
-    """A sensor on a mount that resonates."""
+    """A sensor on a mount that resonates, at three times the motion's frequency at least."""
     return _of_poles(
         angle,
         _oscillator(damping),
@@ -532,7 +532,7 @@ def _pickup(angle: float, damping: float) -> FilterKind:
     return _of_corner(
         name,
         angle,
-        lambda corner: f"a {name}, corner at {corner:.2g} times the motion's frequency",
+        lambda corner: f"a {name}, corner at {corner:.3g} times the motion's frequency",
         response,
         lambda corner: corner * _oscillator(damping)[:1],
         _HIGH_PASS,

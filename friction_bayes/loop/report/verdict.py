@@ -60,7 +60,8 @@ def reasons_against(
     The residual of the most probable candidate ``is_noise`` at the motion's frequency, or too small to
     matter; friction could ``shift`` for it, the ``loss`` of amplitude alone would explain another; below
     ``least_noise``, unit of the signal, no forecast is the better; ``friction`` is the 90 % interval over all
-    candidates; ``held_out`` and ``witnesses`` are fields of the report.
+    candidates; ``held_out`` and ``witnesses`` are fields of the report; the records may be ``contradicted``
+    by each other.
     """
     as_bad, before = 1.0 + settings.SETTINGS.worse_forecast, max(held_out["before"], least_noise)
     reasons = {
