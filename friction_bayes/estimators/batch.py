@@ -433,7 +433,7 @@ def _judged(
             found["samples_set_aside"][row] = bool(decay.stray)
             found["uneven_loss"][row] = uneven
             found["pendulum"][row] = bool(pendulum_notes(decay))
-            repeats = _has_repeats(decays.values[row])
+            repeats = _holds_readings(decays.values[row])
             found["held_readings"][row] = repeats
             # what repeats leave may pass for a drift
             found["taken_out"][row] = not repeats and (bool(decay.lines) or decay.drift > 0.0)
@@ -443,7 +443,7 @@ def _judged(
     return np.where(used, judged, 0)
 
 
-def _has_repeats(values: Array) -> bool:
+def _holds_readings(values: Array) -> bool:
     """Whether some readings are held, or joined by straight lines."""
     return bool(held_readings(values).any() or joined_readings(values).any())
 

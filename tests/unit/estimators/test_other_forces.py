@@ -7,8 +7,10 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import friction_bayes as fb
+from eighteen_half_cycles import UNIT
 from friction_bayes.estimators.noise.other_forces import (
     FORCES,
     SHAPES,
@@ -127,22 +129,26 @@ RECORDS = {
 }
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
-@pytest.mark.parametrize("effects", RECORDS.values(), ids=RECORDS)
-def test_friction_is_right_under_each_force(effects: dict[str, float], quantity: str) -> None:
-    """Within 98 % of its interval, which is narrow; the fit that is drawn leaves noise but at the corners."""
-    scale = 20.0 ** ("displacement", "velocity", "acceleration").index(quantity)
-    record = fb.simulate(
+def decay(quantity: str, noise_sd: float, effects: dict[str, float], seed: int) -> xr.DataArray:
+    return fb.simulate(
         SYSTEM,
         friction=FRICTION,
         initial_displacement=AMPLITUDE,
         duration=5.0,
         sampling_rate=400.0,
         quantity=quantity,
-        noise_sd=2e-5 * scale,
-        seed=3,
+        noise_sd=noise_sd,
+        seed=seed,
         effects=effects,
     )
+
+
+@pytest.mark.parametrize("quantity", UNIT)
+@pytest.mark.parametrize("effects", RECORDS.values(), ids=RECORDS)
+def test_friction_is_right_under_each_force(effects: dict[str, float], quantity: str) -> None:
+    """Within 98 % of its interval, which is narrow; the fit that is drawn leaves noise but at the corners."""
+    scale = UNIT[quantity]
+    record = decay(quantity, 2e-5 * scale, effects, seed=3)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.RecordWarning)
         found = fb.estimate(record, SYSTEM)
@@ -154,25 +160,15 @@ def test_friction_is_right_under_each_force(effects: dict[str, float], quantity:
     assert np.median(left[: left.size // 2]) == pytest.approx(0.6745 * 2e-5 * scale, rel=0.1)
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+@pytest.mark.parametrize("quantity", UNIT)
 def test_a_bent_scale_is_straightened(quantity: str) -> None:
     """One side reads 2 % too long, and both ends 1 % too short: neither is a force that fluctuates."""
-    order = ("displacement", "velocity", "acceleration").index(quantity)
-    largest = AMPLITUDE * 20.0**order
-    record = fb.simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=AMPLITUDE,
-        duration=5.0,
-        sampling_rate=400.0,
-        quantity=quantity,
-        noise_sd=1e-3 * largest,
-        seed=2,
-        effects={
-            "sensor_nonlinearity.curvature": 0.02 / largest,
-            "sensor_nonlinearity.cubic": -0.01 / largest**2,
-        },
-    )
+    largest = AMPLITUDE * UNIT[quantity]
+    bent = {
+        "sensor_nonlinearity.curvature": 0.02 / largest,
+        "sensor_nonlinearity.cubic": -0.01 / largest**2,
+    }
+    record = decay(quantity, 1e-3 * largest, bent, seed=2)
     found = fb.estimate(record, SYSTEM)
     low, high = found.friction.interval(0.98)
     assert low < FRICTION < high < low + 0.01 * FRICTION
