@@ -237,7 +237,8 @@ class Fit:
     def bent(self, name: str) -> tuple[float, float]:
         """Probability that a spring or a scale is bent, by its name, and by which share at the largest."""
         found = [account.bent(name) for account in self.accounts]
-        return sum(own for own, _ in found), max(found)[1] if found else 0.0
+        # to rounding it may exceed one
+        return min(sum(own for own, _ in found), 1.0), max(found)[1] if found else 0.0
 
     @property
     def target(self) -> Target:
