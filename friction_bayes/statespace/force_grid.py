@@ -42,8 +42,8 @@ _LONGEST_STEP, _MOST_STEPS = 4.0, 6
 """Of Newton's method, in such steps."""
 _SAME = 0.05
 """Nats by which a further step no longer matters."""
-_UNLIKELY = 20.0
-"""Nats below the best set at which others do not become probable on the way to a mode."""
+_LIKELY = 0.99
+"""Probability of the sets that are evaluated on the way to a mode: the log density is known to 0.01 so."""
 _CELL = 1.2
 """Side of a grid cell in posterior standard deviations."""
 _DEPTH = 3.5
@@ -248,9 +248,9 @@ class _Density:
         return self.known[key]
 
     def of_likely_sets(self, place: Array) -> _Density:
-        """The same without sets that are improbable at a place."""
+        """The same of the sets that are probable at a place alone."""
         found = self.problem.evaluate(*self.force(place))
-        return _Density(self.problem.among(found.within(_UNLIKELY)), self.prior)
+        return _Density(self.problem.among(found.holding(_LIKELY)), self.prior)
 
     def place(self, force: GridPoint) -> Array:
         """Place of a force, its correlation time moved within the bounds of the prior."""
@@ -314,18 +314,20 @@ def _crest(density: _Density, near: GridPoint | None) -> Array:
         first = int(np.argmin(np.abs(middles - start[1])))
     size = start[0]
     for step in _SIZE_STEPS:
-        size, value = _best_size(density, size, middles[first], step)
-    rows = {first: (size, middles[first], value)}
+        size = _best_size(density, size, middles[first], step)
+    rows = {first: (size, middles[first])}
     for strips in (range(first + 1, _STRIPS), range(first - 1, -1, -1)):
         size = rows[first][0]
         for k in strips:
-            size, value = _best_size(density, size, middles[k], _SIZE_STEPS[-1])
-            rows[k] = (size, middles[k], value)
-    return np.array([rows[k] for k in range(_STRIPS)])
+            few = density.of_likely_sets(np.array([size, middles[k]]))
+            size = _best_size(few, size, middles[k], _SIZE_STEPS[-1])
+            rows[k] = (size, middles[k])
+    places = np.array([rows[k] for k in range(_STRIPS)])
+    return np.column_stack([places, [density(place) for place in places]])
 
 
-def _best_size(density: _Density, size: float, log_tau: float, step: float) -> tuple[float, float]:
-    """Best ``u`` at a correlation time and its log density: of the parabola through the three best steps."""
+def _best_size(density: _Density, size: float, log_tau: float, step: float) -> float:
+    """Best ``u`` at a correlation time: the top of the parabola through the three best steps."""
 
     def at(k: int) -> float:
         return density(np.array([size + k * step, log_tau]))
@@ -335,10 +337,7 @@ def _best_size(density: _Density, size: float, log_tau: float, step: float) -> t
         k = higher
     below, value, above = at(k - 1), at(k), at(k + 1)
     bend = below - 2.0 * value + above
-    if bend >= 0.0:
-        return size + k * step, value
-    offset = 0.5 * (below - above) / bend
-    return size + (k + offset) * step, value - 0.5 * bend * offset**2
+    return size + k * step + (0.5 * (below - above) / bend * step if bend < 0.0 else 0.0)
 
 
 def valleys(heights: Array) -> list[int]:
@@ -451,7 +450,7 @@ def _axes(density: _Density, mode: Array) -> Array:
         at_edge = centre[1] != mode[1]
         if at_edge:
             # of the prior: the stencil moves inside, along the best sizes
-            centre[0], _ = _best_size(density, mode[0], centre[1], _SIZE_STEPS[-1])
+            centre[0] = _best_size(density, mode[0], centre[1], _SIZE_STEPS[-1])
         values = np.array([density(centre + offset) for offset in offsets])
         fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
         inverse = np.linalg.inv(axes)

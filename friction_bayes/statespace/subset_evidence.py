@@ -98,10 +98,13 @@ class SetEvidences(NamedTuple):
         counts = self.log_weight > self.log_weight.max() - _LEFT_OUT
         return float(np.logaddexp.reduce(self.log_weight[counts]))
 
-    def within(self, nats: float) -> Mask:
-        """Sets that may be so near to the best, by their bounds where not evaluated, shape (m,)."""
-        best = self.log_weight.max()
-        return np.asarray(self.log_weight > best - nats - _LEFT_OUT)
+    def holding(self, mass: float) -> Mask:
+        """The most probable sets that hold so much of the probability, shape (m,)."""
+        order = np.argsort(-self.log_weight)
+        before = np.cumsum(np.exp(self.log_weight[order] - self.log_total))
+        held = np.zeros(order.size, np.bool_)
+        held[order[: np.searchsorted(before, mass) + 1]] = True
+        return held
 
 
 class NestedSets(NamedTuple):

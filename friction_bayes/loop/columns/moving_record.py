@@ -131,11 +131,16 @@ class MovingRecord:
 
         The force may no longer jump.
         """
-        left_out = margin(filter_.angle)
-        variance = np.full(self.samples, np.inf)
-        inside = slice(left_out, self.samples - left_out)
+        behind = replace(self, filter=filter_, forced=False, jump=None)
+        variance, inside = np.full(self.samples, np.inf), behind.known
         variance[inside] = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)[inside]
-        return replace(self, variance=variance, filter=filter_, forced=False, jump=None)
+        return replace(behind, variance=variance)
+
+    @property
+    def known(self) -> slice:
+        """The samples that the motion within the record determines: of a filter not those at either end."""
+        left_out = 0 if self.filter is None else margin(self.filter.angle)
+        return slice(left_out, self.samples - left_out)
 
     def of_one_column(self, law: Sequence[LawColumn]) -> MovingRecord:
         """The same without effects that have several columns in a law, or none."""

@@ -21,9 +21,10 @@ def motion_trace(
 ) -> RecordTrace:
     """Record ``r`` of the Coulomb model ``before``, and its analysis under the most probable candidate.
 
-    Whether that candidate has a random force is said by ``fluctuates``.
+    Whether that candidate has a random force is said by ``fluctuates``. Samples in which a filter shows what
+    lies outside the record are left out.
     """
-    segment, decay, n = fit.segment, fit.segment.decay, fit.record.samples
+    segment, decay, known = fit.segment, fit.segment.decay, fit.record.known
     coulomb = before.predictions[r]
     # of the law that was found: the path along which it was evaluated is of the law and force before
     path = MeasuredPath.through(fit.clock.phase, *fit.motion.states[:, :2].T.copy())
@@ -31,10 +32,10 @@ def motion_trace(
     factor, unit = friction_scale(before.model)
     scale = factor * fit.law.unit_force
     fluctuation = FluctuationTrace(
-        force=scale * fit.fluctuation,
-        sd=scale * fit.fluctuation_sd,
-        displacement=path.x,
-        velocity=path.v * fit.w0,
+        force=scale * fit.fluctuation[known],
+        sd=scale * fit.fluctuation_sd[known],
+        displacement=path.x[known],
+        velocity=path.v[known] * fit.w0,
         friction=factor * float(np.median(draws.friction)),
         unit=unit,
         knocks=tuple((decay.start_time + a, decay.start_time + b) for a, b in knock_times(fit)),
@@ -44,12 +45,12 @@ def motion_trace(
         name=decay.name,
         unit=decay.unit,
         quantity=decay.quantity.name,
-        time=decay.start_time + segment.time[:n],
-        signal=segment.values[:n],
-        before=coulomb.signal[:n],
-        after=fit.smoothed_signal * fit.unit,
-        sides=segment.sides[:n],
-        phase=np.interp(segment.time[:n], turns, np.arange(turns.size)),
+        time=decay.start_time + segment.time[known],
+        signal=segment.values[known],
+        before=coulomb.signal[known],
+        after=fit.smoothed_signal[known] * fit.unit,
+        sides=segment.sides[known],
+        phase=np.interp(segment.time[known], turns, np.arange(turns.size)),
         turning_times_before=decay.start_time + coulomb.turning_times,
         turning_points_before=coulomb.turning_points,
         turning_times=decay.start_time + turns,
