@@ -16,6 +16,7 @@ from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import words
 from friction_bayes.loop.build_report import build_report
 from friction_bayes.loop.columns.moving_record import why_not_evaluated
+from friction_bayes.loop.data.held_start import free_from
 from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
@@ -113,12 +114,24 @@ def close_loop(
     scales = scales_of(segments, system)
     rng, rng_report = np.random.default_rng(options.seed).spawn(2)
     candidates = candidates_of(segments, system, options, rng, progress)
+    if candidates.needs_more and (later := _from_where_free(given, segments, system)) != segments:
+        candidates = candidates_of(later, system, options, rng, progress)
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report
     barred = {name: why for name in options.allowed if (why := why_not_evaluated(name, segments[0], scales))}
     notes = (f"{words(name)} was requested and not evaluated: {why}" for name, why in sorted(barred.items()))
     return replace(report, notes=(*report.notes, *notes))
+
+
+def _from_where_free(
+    records: Sequence[xr.DataArray], segments: tuple[Segment, ...], system: Oscillator
+) -> tuple[Segment, ...]:
+    """The segments without the half cycles in which something rather held the mass still."""
+    return tuple(
+        segment if (start := free_from(segment)) is None else segment.later(record, system, start)
+        for record, segment in zip(records, segments, strict=True)
+    )
 
 
 def _calibrated(system: Oscillator, segments: tuple[Segment, ...]) -> Oscillator:

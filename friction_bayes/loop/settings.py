@@ -97,12 +97,6 @@ class LoopSettings:
     )
 
     # preparation of a record
-    release_judged: int = _setting(
-        22,
-        "half cycles",
-        "of a decay from which on a hand at the release is cut off",
-        "in fewer the damping of a magnet looks the same: it would be cut off in nine of ten measured runs",
-    )
     rest_kept: float = _setting(
         0.15, "share", "of the moving time that is kept after the stop", "shows the sensor's zero"
     )

@@ -16,7 +16,6 @@ import numpy as np
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
@@ -26,6 +25,7 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import (
     loss_of_amplitude,
     uneven_loss,
 )
+from friction_bayes.estimators.noise.held_start import log_odds_of_hold
 from friction_bayes.estimators.noise.noise_accounts import (
     SLIGHT,
     NoiseAccount,
@@ -41,13 +41,7 @@ __all__ = [
 ]
 
 _MOST_LATER = 3
-"""Half cycles by which the start may be moved."""
-_FEWEST_HALF_CYCLES = 8
-"""Least number of half cycles of a decay whose start is tested."""
-_MUCH_LESS = 0.5
-"""Width of the interval from half a cycle later over that from the start below which the later is taken: of
-eight half cycles one less widens it by a fifth, give or take a quarter. And share of what white noise leaves
-of all squares that is in the first of them by no chance."""
+"""Times that the start may be moved."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -194,13 +188,11 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
 
 
 def answered(
-    decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False
+    decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False, suspect: int = 1
 ) -> tuple[FreeDecay, Fit]:
     """The fit of a decay averaged over the accounts, from where it is free.
 
-    Where a random force is found, something may still have held the mass at first. Fewer half cycles say
-    less about a force that acts all the time; where they say much more, that force has ended, and the
-    shortened decay is used. It has ended too where the first half cycle has most of what is left.
+    Half cycles in which something rather held the mass still are left out.
 
     Parameters
     ----------
@@ -209,6 +201,8 @@ def answered(
         Under white noise, method ``waveform``.
     from_here : bool
         Whether the decay is known to be free from its start.
+    suspect : int
+        Half cycles that are judged together first.
 
     Returns
     -------
@@ -217,41 +211,29 @@ def answered(
     """
     decay, fit = without_sensor_faults(decay, fit_of)
     fit = averaged_over_accounts(decay, fit)
-    for _ in range(0 if from_here else _MOST_LATER):
-        if decay.half_cycles < _FEWEST_HALF_CYCLES or _explained(fit):
+    for step in [] if from_here else [suspect] + [1] * (_MOST_LATER - 1):
+        if _explained(fit):
             break
-        force, at_first = fit.random_force, _share_at_first(decay, fit) > _MUCH_LESS
-        if not at_first and (force is None or force.probability < 0.5):
-            break
-        later = decay.half_a_cycle_later()
+        later = decay
+        for _ in range(step):
+            later = later.half_a_cycle_later()
         try:
             other = averaged_over_accounts(later, fit_of(later))
         except InputError:
             # what is left once the start is gone is no decay: the start is what was measured
             break
-        if not at_first and _width(other) > _MUCH_LESS * _width(fit):
+        if not other.accounts or other.filter is not None:
+            break
+        until = later.start_time - decay.start_time
+        if log_odds_of_hold(fit.accounts, other.accounts, until, step) < 0.0:
             break
         decay, fit = later, other
     return decay, fit
 
 
 def _explained(fit: Fit) -> bool:
-    """Whether white noise or a filter explains what the law leaves, at the start too."""
-    white = sum(each.probability for each in fit.accounts if each.plain)
-    return not fit.accounts or white >= 0.5 or fit.filter is not None
-
-
-def _share_at_first(decay: FreeDecay, fit: Fit) -> float:
-    """Share of the squares of the residual under white noise that its first half cycle has."""
-    if fit.prediction is None:
-        return 0.0
-    squares = (decay.values - fit.prediction) ** 2
-    return float(squares[: squares.size // decay.half_cycles].sum() / squares.sum())
-
-
-def _width(fit: Fit) -> float:
-    low, high = (float(fit.answer.ppf(p)) for p in TAILS)
-    return high - low
+    """Whether dry friction in white noise, or a filter, rather explains the record, its start too."""
+    return not fit.accounts or fit.accounts[0].probability > 0.5 or fit.filter is not None
 
 
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[PosteriorPart, ...]:

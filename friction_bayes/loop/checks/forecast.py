@@ -265,7 +265,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     if prediction is None:
         return None
     return np.stack(
-        [prediction.signal + _lines(draws, k, time), prediction.displacement, prediction.velocity]
+        [prediction.signal + _added(draws, k, time), prediction.displacement, prediction.velocity]
     )
 
 
@@ -293,11 +293,13 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     return np.asarray((shown - motion)[before.shape[1] :].T)
 
 
-def _lines(draws: LawDraws, k: int, time: Array) -> Array:
-    """Lines in one draw, shape (n,)."""
+def _added(draws: LawDraws, k: int, time: Array) -> Array:
+    """What a sensor adds in one draw besides its effects: lines, and the zero within a step, shape (n,)."""
     fit = draws.fit
     signal = np.zeros(time.size)
-    for column, value in zip(fit.law.columns, draws.coefficients[k], strict=True):
+    for column, value in zip(fit.law.columns, draws.coefficients[k].tolist(), strict=True):
+        if column.kind == "step":
+            signal += value
         if column.line is not None and value:
             signal += value * column.line.waves(time - fit.segment.time[0])[column.parameter]
     return signal

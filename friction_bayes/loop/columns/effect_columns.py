@@ -117,13 +117,13 @@ class LawColumn:
 
     @property
     def own(self) -> bool:
-        """Whether each record has a coefficient of its own: of its start, its filter and of what restarts.
+        """Whether each record has a coefficient of its own: of its start, zero, filter and of what restarts.
 
         An effect of one sign, such as backlash, is of the sensor and the same in all records.
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
-        return self.kind in ("displacement", "velocity", "filter")
+        return self.kind in ("displacement", "velocity", "step", "filter")
 
     def in_widths(self) -> Iterator[LawColumn]:
         """The column in each of the widths of its prior that the effect's series has."""

@@ -195,7 +195,7 @@ class LawColumns:
 
     @property
     def always(self) -> list[int]:
-        """Columns that every set contains: start and stiffness."""
+        """Columns that every set contains: start, stiffness, zero within a step, and of a filter."""
         return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
 
     @property
@@ -242,7 +242,8 @@ class LawColumns:
 
         With what the filter has of the time outside the record, and its doubts.
         """
-        moved = [j for j, c in enumerate(self.columns) if c.effect not in SENSOR_ZERO and c.line is None]
+        added = [c.kind == "step" or c.effect in SENSOR_ZERO or c.line is not None for c in self.columns]
+        moved = np.flatnonzero(~np.array(added))
         behind = replace(self, filter=filter_)
         shown, sensor = (
             behind.recorded(np.column_stack([self.sensor[:, moved], self.known])),
@@ -326,7 +327,8 @@ def law_columns(
         unit_force=unit,
     )
     of_lines = chain.from_iterable(line_columns(line, record.scales, path, order, w0) for line in lines)
-    law = law.with_shown([*((each.column, each.error(read)) for each in wrong), *of_lines])
+    shown = [*((each.column, each.error(read)) for each in wrong), *of_lines, _step(record, w0)]
+    law = law.with_shown(shown)
     return law if record.filter is None else law.behind(record.filter)
 
 
@@ -384,6 +386,12 @@ def _acting(
             for found in force_columns(name, record.scales, evaluator, path, record.scores.get(name))
         ),
     ]
+
+
+def _step(record: MovingRecord, w0: float) -> tuple[LawColumn, Array]:
+    """The zero of a sensor that counts steps, of which none says whether it is rounded or cut off."""
+    order, known_to = record.segment.order, max(record.segment.resolution or 0.0, record.least_noise)
+    return LawColumn("step", known_to), np.full(record.samples, w0**-order)
 
 
 def _wrong(record: MovingRecord, w0: float) -> Iterator[SensorColumn]:

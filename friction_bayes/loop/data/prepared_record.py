@@ -82,6 +82,8 @@ class Segment:
         Step of the digitiser or encoder, unit of the signal; None where none shows.
     held : int
         Values before the first of them that were read before the release.
+    disturbed : int
+        Half cycles at its start whose amplitudes do not fit the others: a hand, or only damping.
     """
 
     decay: FreeDecay
@@ -96,6 +98,7 @@ class Segment:
     block: int
     resolution: float | None = None
     held: int = 0
+    disturbed: int = 0
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -155,6 +158,12 @@ class Segment:
         """Derivative order of the signal."""
         return self.decay.quantity.order
 
+    def later(self, record: xr.DataArray, system: Oscillator, start: float) -> Segment:
+        """The same of its record, which is not clipped, from a time on [s]: the mass was held before."""
+        again = _cut(record, system, free_from=start)
+        held = round((again.decay.start_time - self.decay.start_time) / self.decay.step)
+        return replace(again, held=self.held + held, sides=np.zeros_like(again.sides))
+
     def head(self, n: int) -> Segment:
         """The first ``n`` samples; time and phase are the same."""
         return replace(
@@ -192,7 +201,8 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
     return segments
 
 
-def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
+def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = None) -> Segment:
+    """The part of one record that is fitted, from where it is known to be free [s]."""
     validate_record(record)
     record, dropouts = set_dropouts_aside(record, system)
     record, kept = readings_alone(record, system.natural_frequency)
@@ -205,12 +215,12 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     resolution = quantisation_step(record.values)
     record, block = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
-    decay = find_free_decay(record, system, resolution=resolution)
-    if 0 < decay.disturbed < settings.SETTINGS.release_judged - decay.half_cycles:
+    decay = find_free_decay(record, system, start=free_from, resolution=resolution)
+    if disturbed := decay.disturbed:
         whole = max(decay.start_time - decay.disturbed * math.pi / decay.frequency, float(record["time"][0]))
         decay = find_free_decay(record, system, start=whole, resolution=resolution)
     clips = clipped_fraction(values)[1] is not None
-    before_release = 0 if clips else held_samples(decay)
+    before_release = 0 if clips or free_from is not None else held_samples(decay)
     if before_release:
         start = decay.start_time + before_release * decay.step
         decay = find_free_decay(record, system, start=start, resolution=resolution)
@@ -250,6 +260,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         block=block,
         resolution=resolution,
         held=before_release,
+        disturbed=disturbed,
     )
 
 

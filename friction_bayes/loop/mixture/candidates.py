@@ -41,7 +41,7 @@ from friction_bayes.loop.report.effect_summaries import (
 from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
 from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
 from friction_bayes.loop.report.result import RecordTrace
-from friction_bayes.loop.report.verdict import credible_count
+from friction_bayes.loop.report.verdict import ADDED, credible_count
 from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -86,6 +86,11 @@ class Candidates:
         self.cells = cells_of(fit)
         self.sets, self.probabilities = ranked({frozenset[str](): 0.0} | self.cells.probabilities)
         self.trail = tuple(_trail(fit))
+
+    @property
+    def needs_more(self) -> bool:
+        """Whether dry friction, and what a sensor adds to any motion, are not the most probable candidate."""
+        return not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best)
 
     @property
     def evaluated(self) -> frozenset[str]:
@@ -369,12 +374,16 @@ class Candidates:
             return self.before.model, self.before.z
         return law.model, law.z
 
-    def resisting_force(self) -> tuple[Array, Array | None, Array]:
-        """Force of the law, contribution of a random force or None, and direction of motion, shape (n,)."""
-        fit, law = self.best[0], self.best[0].law
-        of_law = law.forces[:, law.resisting] @ fit.coefficients[law.resisting]
-        fluctuation = -law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None
-        return -law.unit_force * of_law, fluctuation, np.sign(fit.path.v)
+    def resisting_force(self) -> tuple[slice, Array, Array | None, Array]:
+        """Which samples the motion determines, and there, of shape (n,), the force of the law and two more.
+
+        The contribution of a random force, or None, and the direction of motion.
+        """
+        fit, law, known = self.best[0], self.best[0].law, self.best[0].record.known
+        of_law = law.forces[known, law.resisting] @ fit.coefficients[law.resisting]
+        fluctuates = self._fluctuates or bool(fit.knocks)
+        fluctuation = -law.unit_force * fit.fluctuation[known] if fluctuates else None
+        return known, -law.unit_force * of_law, fluctuation, np.sign(fit.path.v[known])
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self._candidate == self.sets.index(names))

@@ -89,12 +89,18 @@ def compare_frictions(
 
 
 def compare_forces(
-    before: CoulombFit, measured: Array, law: Array, fluctuation: Array | None, direction: Array
+    before: CoulombFit,
+    measured: Array,
+    known: slice,
+    law: Array,
+    fluctuation: Array | None,
+    direction: Array,
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Comparison of a measured friction force with two models, over the samples used of the first record.
 
-    Of either sign of the force, shape (recorded,), that by which it takes energy is used. The final model has
-    the force of its ``law``, a ``fluctuation`` or none, and a ``direction``, zero at rest, shape (n,) each.
+    Of either sign of the force, shape (recorded,), that by which it takes energy is used. The final model
+    has, at the samples ``known``, the force of its ``law``, a ``fluctuation`` or none, and a ``direction``,
+    zero at rest, shape (n,) each.
 
     Returns
     -------
@@ -105,12 +111,12 @@ def compare_forces(
     forces : tuple of ndarray
         Measured, before and after, at these samples.
     """
-    used = before.model.segments[0].of_record(measured)[: law.size]
+    used = before.model.segments[0].of_record(measured)[known]
     total = law if fluctuation is None else law + fluctuation
     moving = direction != 0.0
     if float(used @ direction) < 0.0:
         used = -used
-    forces = (used, _resisting_force(before)[: law.size], total)
+    forces = (used, _resisting_force(before)[known], total)
     differences = {
         "before": float(np.sqrt(np.mean((used - forces[1]) ** 2))),
         "after": float(np.sqrt(np.mean((used - forces[2]) ** 2))),

@@ -17,6 +17,7 @@ from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = [
+    "ADDED",
     "AMBIGUOUS",
     "UNEXPLAINED",
     "credible_candidates",
@@ -30,7 +31,7 @@ AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
 FORECAST = "forecast"
 """A forecast may be worse than another by chance: a reason for doubt, not proof that the law is wrong."""
-_ADDED = {SENSOR_OFFSET.name, SENSOR_DRIFT.name, PERIODIC_INTERFERENCE.name}
+ADDED = {SENSOR_OFFSET.name, SENSOR_DRIFT.name, PERIODIC_INTERFERENCE.name}
 """What a sensor adds to any motion in the same way, which says nothing of the law."""
 
 
@@ -109,7 +110,7 @@ def verdict(
     if effects and min(float(probabilities[0]), max(rubs, 1.0 - rubs)) >= least:
         return "explained"
     known = min(float(probabilities[agrees].sum()), rubs) >= least
-    return "adequate" if known and effects <= _ADDED else AMBIGUOUS
+    return "adequate" if known and effects <= ADDED else AMBIGUOUS
 
 
 def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:

@@ -22,7 +22,7 @@ _MISPLACED = 10.0
 """So many times as much where a magnet before a chip, or a disc pushed on by hand, is 0.3 mm off."""
 
 
-def _prior(n: int) -> Callable[[Scales], Prior]:
+def _prior(n: int, wave: str) -> Callable[[Scales], Prior]:
     return lambda scales: normal(_ONCE / n)
 
 

@@ -7,6 +7,7 @@ wheel out of balance has it once a turn, the others more often.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from numba import njit
 
@@ -16,6 +17,9 @@ from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
 from friction_bayes.mechanics.effects.turn_series import TERMS, turn_parameters
 
 __all__ = ["POSITION_FORCE"]
+
+
+_NONE = 1e-8
 
 
 @njit(nogil=True)
@@ -40,15 +44,20 @@ def _force(
     return force
 
 
-def _prior(scales: Scales) -> Prior:
-    # a hundredth of the spring's force at the largest swing
-    return normal(0.01 * scales.system.stiffness * scales.amplitude)
+def _prior(term: int, wave: str) -> Callable[[Scales], Prior]:
+    def prior(scales: Scales) -> Prior:
+        # the sine of once a turn is a pendulum's own restoring force, of which there is no more
+        own = scales.system.pendulum and (term, wave) == (1, "sine")
+        # a hundredth of the spring's force at the largest swing
+        return normal((_NONE if own else 0.01) * scales.system.stiffness * scales.amplitude)
+
+    return prior
 
 
 POSITION_FORCE = ForceEffect(
     name="position_force",
     summary="sum a_n sin n x + b_n cos n x, n = 1 .. 4",
-    parameters=turn_parameters(lambda n: _prior, "N", "N m"),
+    parameters=turn_parameters(_prior, "N", "N m"),
     force=_force,
     resists=False,
     rotational=True,

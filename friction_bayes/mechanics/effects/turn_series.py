@@ -15,19 +15,21 @@ TERMS = len(_TIMES_A_TURN)
 
 
 def turn_parameters(
-    prior: Callable[[int], Callable[[Scales], Prior]], unit: str, angular_unit: str | None = None
+    prior: Callable[[int, str], Callable[[Scales], Prior]], unit: str, angular_unit: str | None = None
 ) -> tuple[Parameter, ...]:
     """Sine and cosine of each term, those of n = 1 first, zero where left out.
 
     Parameters
     ----------
     prior : callable
-        Prior of the coefficients of term n.
+        Prior of the sine or cosine of term n.
     unit, angular_unit : str
         As a :class:`friction_bayes.mechanics.effects.effect.Parameter` has them.
     """
     return tuple(
-        Parameter(name=f"{often}_{wave}", unit=unit, angular_unit=angular_unit, default=0.0, prior=prior(n))
+        Parameter(
+            name=f"{often}_{wave}", unit=unit, angular_unit=angular_unit, default=0.0, prior=prior(n, wave)
+        )
         for n, often in enumerate(_TIMES_A_TURN, 1)
         for wave in ("sine", "cosine")
     )
