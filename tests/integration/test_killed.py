@@ -20,6 +20,7 @@ PARTS, KILLS = 8, 2
 # what is done is noted as it begins
 FLEET = """
 from pathlib import Path
+import friction_bayes as fb
 from friction_bayes.cli import fleet_estimate
 from friction_bayes.cli.program import main
 from friction_bayes.records import fleet
@@ -34,6 +35,12 @@ def noted(file, write):
 
 fleet_estimate.write_whole = noted
 options = "--mass 10 --stiffness 1000 --random-force none --workers 1 --resume"
+
+# kernels are loaded once
+machine = fb.Oscillator(mass=10.0, stiffness=1000.0)
+setting = {"friction": 0.3, "initial_displacement": 0.02, "duration": 4.0, "sampling_rate": 100.0}
+decay = fb.simulate(machine, **setting, noise_sd=1e-4, seed=1)
+fb.estimate_batch(decay.expand_dims("record"), machine, random_force="none")
 
 def run(out):
     return main(["estimate", "fleet.zarr", *options.split(), "--out", f"{out}/out.zarr"])
@@ -70,7 +77,7 @@ def run(out):
     main(experiment, ["--workers", "1", "--results", out])
     return 0
 """
-# each run is a process of its own, a copy of one that has imported what all need and has run nothing
+# each run is a process of its own, a copy of one that has loaded what all need and has written nothing
 EACH = """
 import os
 import sys
