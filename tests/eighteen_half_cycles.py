@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,12 @@ def record(
         **setting,
     )
     return plain.copy(data=plain.values + drift * scale * np.linspace(-0.5, 0.5, plain.size))
+
+
+@cache
+def plain_estimate(quantity: str = "displacement", seed: int = 1) -> fb.Estimate:
+    """Of a record without fault, which many tests compare with: each is estimated once."""
+    return fb.estimate(record(quantity, seed), SYSTEM)
 
 
 def width(estimate: fb.Estimate) -> float:

@@ -152,7 +152,10 @@ class ScaledDistribution(FrozenDistribution):
         self._outer: Any
         inner, self._outer = (self.factor, distribution) if narrow_factor else (distribution, self.factor)
         upper = _LOGITS > 0.0
-        self._nodes = np.where(upper, inner.isf(_PROBABILITIES[::-1]), inner.ppf(_PROBABILITIES))
+        # each from its own tail
+        self._nodes = np.concatenate(
+            [inner.ppf(_PROBABILITIES[~upper]), inner.isf(_PROBABILITIES[::-1][upper])], axis=-1
+        )
 
     def cdf(self, x: ArrayLike) -> Any:
         """Cumulative probability."""

@@ -66,3 +66,11 @@ def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "friction_bayes.plotting.write_figures", lambda figures, *_: dict.fromkeys(figures, b"")
     )
+
+
+@pytest.fixture
+def empty_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made, and their files written, but nothing is drawn into these."""
+    monkeypatch.setattr(
+        "friction_bayes.plotting.style.figure_files", lambda _, formats: dict.fromkeys(formats, b"")
+    )

@@ -215,7 +215,9 @@ def test_set_up_record(
     assert result["acceptance"]["set_up_precision"] > 0.0
 
 
-def test_results_folder(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_results_folder(
+    csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
+) -> None:
     out = tmp_path / "deep" / "results"
     argv = (
         "estimate",
@@ -252,12 +254,14 @@ def test_results_folder(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 
     # A second run replaces its own files and leaves those of others alone.
     (out / "mine.txt").write_text("keep")
+    request.getfixturevalue("empty_figures")
     assert main(["estimate", str(csv), *SYSTEM, "--method", "envelope", "--out", str(out), "--force"]) == 0
     assert not (out / "reference.nc").exists()
     assert (out / "fit.png").exists()
     assert (out / "mine.txt").read_text() == "keep"
 
 
+@pytest.mark.usefixtures("empty_figures")
 def test_figures_of_a_failed_run_do_not_stay(
     csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -299,6 +303,7 @@ def test_what_a_method_does_not_estimate_is_null(csv: Path, capsys: pytest.Captu
     assert paper["noise_sd"]["mean"] is None
 
 
+@pytest.mark.usefixtures("empty_figures")
 def test_several_records_make_a_table_and_a_list(
     decay: Callable[..., Signal],
     write_csv: Callable[..., Path],

@@ -19,8 +19,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PARTS, KILLS = 8, 2
 # what is done is noted as it begins
 FLEET = """
-import sys
 from pathlib import Path
+import friction_bayes as fb
 from friction_bayes.cli import fleet_estimate
 from friction_bayes.cli.program import main
 from friction_bayes.records import fleet
@@ -35,10 +35,17 @@ def noted(file, write):
 
 fleet_estimate.write_whole = noted
 options = "--mass 10 --stiffness 1000 --random-force none --workers 1 --resume"
-sys.exit(main(["estimate", "fleet.zarr", *options.split(), "--out", f"{sys.argv[1]}/out.zarr"]))
+
+# kernels are loaded once
+machine = fb.Oscillator(mass=10.0, stiffness=1000.0)
+setting = {"friction": 0.3, "initial_displacement": 0.02, "duration": 4.0, "sampling_rate": 100.0}
+decay = fb.simulate(machine, **setting, noise_sd=1e-4, seed=1)
+fb.estimate_batch(decay.expand_dims("record"), machine, random_force="none")
+
+def run(out):
+    return main(["estimate", "fleet.zarr", *options.split(), "--out", f"{out}/out.zarr"])
 """
 EXPERIMENT = """
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,7 +72,28 @@ experiment = Experiment(
     assemble=lambda cells, results: xr.Dataset({"drawn": (("k", "i"), [each["drawn"] for each in results])}),
     rows=lambda dataset: [Row("cells", str(dataset.sizes["k"]))],
 )
-main(experiment, ["--workers", "1", "--results", sys.argv[1]])
+
+def run(out):
+    main(experiment, ["--workers", "1", "--results", out])
+    return 0
+"""
+# each run is a process of its own, a copy of one that has loaded what all need and has written nothing
+EACH = """
+import os
+import sys
+
+for line in sys.stdin:
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            os.setsid()
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            status = run(line.strip())
+        finally:
+            os._exit(status)
+    print(child, flush=True)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
 
 
@@ -73,7 +101,7 @@ main(experiment, ["--workers", "1", "--results", sys.argv[1]])
 def test_a_killed_run_goes_on(program: str, tmp_path: Path, rng: np.random.Generator) -> None:
     records = [[short_decay(friction=0.3 + 0.01 * k, duration=4.0, seed=k)] for k in range(PARTS)]
     write_fleet(tmp_path / "fleet.zarr", records)
-    (tmp_path / "run.py").write_text(program)
+    (tmp_path / "run.py").write_text(program + EACH)
 
     def begun() -> list[str]:
         return (tmp_path / "begun").read_text().split() if (tmp_path / "begun").exists() else []
@@ -82,30 +110,36 @@ def test_a_killed_run_goes_on(program: str, tmp_path: Path, rng: np.random.Gener
         """Run to the end, or kill it some parts later, and some seconds [s] into a part."""
         (tmp_path / out).mkdir(exist_ok=True)
         before = len(begun())
-        process = subprocess.Popen(
-            [sys.executable, "run.py", out],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            stdout=subprocess.DEVNULL,
-            start_new_session=True,
-        )
+        print(out, file=asked, flush=True)
+        process = int(answered.readline())
         if killed_after is None:
-            assert process.wait() == 0
+            assert int(answered.readline()) == 0
             return
         parts, moment = killed_after
         while len(begun()) < before + parts:
-            assert process.poll() is None
+            os.kill(process, 0)  # it lives
             time.sleep(0.002)
         time.sleep(moment)
-        os.killpg(process.pid, signal.SIGKILL)
-        assert process.wait() == -signal.SIGKILL
+        os.killpg(process, signal.SIGKILL)
+        assert int(answered.readline()) == -signal.SIGKILL
 
-    run("whole")
-    assert len(begun()) == PARTS
-    (tmp_path / "begun").unlink()
-    for _ in range(KILLS):
-        run("killed", (int(rng.integers(1, 4)), rng.uniform(0.0, 0.03)))
-    run("killed")
+    with subprocess.Popen(
+        [sys.executable, "run.py"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as runs:
+        asked, answered = runs.stdin, runs.stdout
+        assert asked is not None
+        assert answered is not None
+        run("whole")
+        assert len(begun()) == PARTS
+        (tmp_path / "begun").unlink()
+        for _ in range(KILLS):
+            run("killed", (int(rng.integers(1, 4)), rng.uniform(0.0, 0.03)))
+        run("killed")
     assert len(set(begun())) == PARTS
     assert len(begun()) <= PARTS + KILLS
     assert numbers_of(tmp_path / "killed") == numbers_of(tmp_path / "whole")

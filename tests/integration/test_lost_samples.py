@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -31,6 +33,15 @@ def record(quantity: str, rate: float, *lost: float, periods: float = 0.2) -> xr
     return fb.make_record(time[kept], whole.values[kept], quantity)
 
 
+@cache
+def answers(
+    quantity: str, rate: float, *lost: float, periods: float = 0.2
+) -> tuple[fb.Estimate, fb.LoopReport]:
+    """Of the estimate and of the loop; those of a whole record serve with gaps of any length."""
+    given = record(quantity, rate, *lost, periods=periods)
+    return fb.estimate(given, SYSTEM), fb.close_loop([given], SYSTEM, seed=1, check=False)
+
+
 @pytest.mark.parametrize(
     ("quantity", "rate", "periods"),
     [
@@ -43,13 +54,15 @@ def record(quantity: str, rate: float, *lost: float, periods: float = 0.2) -> xr
 )
 def test_gaps_cost_what_the_samples_would_have_shown(quantity: str, rate: float, periods: float) -> None:
     """At 2000 Hz values are means of six samples, some of them from both sides of a gap."""
-    whole = record(quantity, rate)
-    lacking = record(quantity, rate, 1.571, 3.333, 7.0, 11.1, periods=periods)
-    before, after = (fb.estimate(each, SYSTEM).friction for each in (whole, lacking))
+    whole, lacking = (
+        answers(quantity, rate),
+        answers(quantity, rate, 1.571, 3.333, 7.0, 11.1, periods=periods),
+    )
+    before, after = whole[0].friction, lacking[0].friction
     assert after.mean() == pytest.approx(before.mean(), abs=before.std())
     # a random force of some per cent of probability widens one of the two
     assert 0.5 < after.std() / before.std() < 2.0
-    reports = [fb.close_loop([each], SYSTEM, seed=1, check=False) for each in (whole, lacking)]
+    reports = [whole[1], lacking[1]]
     assert [report.verdict for report in reports] == ["adequate", "adequate"]
     assert reports[1].residual["after"]["failed"] == []
     (low, high), (low_whole, high_whole) = (report.friction_after["interval90"] for report in reports[::-1])

@@ -43,8 +43,8 @@ def estimates(
             samples=round(22.0 / step),
             force_sd=share * friction,
             correlation_time=rng.uniform(0.05, 0.3),
-            # in steps of 5 ms at most, a tenth of the shortest correlation time
-            oversampling=8 if step == STEP else 4,
+            # in steps of a twentieth of the shortest correlation time; without a force any step is exact
+            oversampling=8 if share > 0.0 else 1,
         )[0]
         values = values + noise * RELEASE * rng.standard_normal(values.size)
         record = fb.make_record(step * np.arange(values.size), values, "displacement")

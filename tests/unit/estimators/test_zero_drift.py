@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from eighteen_half_cycles import AMPLITUDE, FRICTION, SYSTEM, UNIT, record, width
+from eighteen_half_cycles import AMPLITUDE, FRICTION, SYSTEM, UNIT, plain_estimate, record, width
 from friction_bayes.estimators.noise.smooth_curve import smooth_curve
 
 
@@ -14,7 +14,7 @@ from friction_bayes.estimators.noise.smooth_curve import smooth_curve
 @pytest.mark.parametrize("drift", [-0.1, 0.02])
 def test_friction_is_known_as_well_as_without_a_drift(quantity: str, drift: float) -> None:
     """The bound with a line in place of a rest position is two per cent wider."""
-    plain, drifts = fb.estimate(record(quantity), SYSTEM), fb.estimate(record(quantity, drift=drift), SYSTEM)
+    plain, drifts = plain_estimate(quantity), fb.estimate(record(quantity, drift=drift), SYSTEM)
     scale = AMPLITUDE * UNIT[quantity]
     assert drifts.decay.drift == pytest.approx(abs(drift) * scale, abs=0.003 * scale)
     assert drifts.friction.mean() == pytest.approx(plain.friction.mean(), abs=0.5 * plain.friction.std())
@@ -29,7 +29,7 @@ def test_a_drift_that_hides_the_end_of_a_decay(quantity: str) -> None:
     drifts = fb.estimate(record(quantity, drift=0.3), SYSTEM)
     low, high = drifts.friction.interval(0.9)
     assert low < FRICTION < high
-    assert width(drifts) < 1.3 * width(fb.estimate(record(quantity), SYSTEM))
+    assert width(drifts) < 1.3 * width(plain_estimate(quantity))
 
 
 def test_the_line_is_taken_out_about_the_middle_of_the_decay() -> None:
@@ -44,15 +44,13 @@ def test_the_line_is_taken_out_about_the_middle_of_the_decay() -> None:
 def test_a_zero_that_warms_up_is_taken_out(quantity: str, seed: int) -> None:
     plain = record(quantity, seed)
     course = 0.1 * AMPLITUDE * UNIT[quantity] * np.expm1(-np.linspace(0.0, 2.0, plain.size))
-    drifts, known = fb.estimate(plain.copy(data=plain.values + course), SYSTEM), fb.estimate(plain, SYSTEM)
+    drifts, known = (
+        fb.estimate(plain.copy(data=plain.values + course), SYSTEM),
+        plain_estimate(quantity, seed),
+    )
     assert drifts.friction.mean() == pytest.approx(known.friction.mean(), abs=0.5 * known.friction.std())
     assert width(drifts) < 1.1 * width(known)
     assert drifts.decay.drift == pytest.approx(np.ptp(course), rel=0.1)
-
-
-def test_no_drift_is_found_where_there_is_none() -> None:
-    found = [fb.estimate(record(seed=seed), SYSTEM).decay.drift for seed in range(12)]
-    assert found == [0.0] * len(found)
 
 
 def test_a_spring_that_is_bent_is_no_drift() -> None:

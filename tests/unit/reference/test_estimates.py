@@ -38,11 +38,11 @@ def record(share: float, seed: int, noise: float = 2e-4) -> xr.DataArray:
 def undecided() -> fb.Estimate:
     """With a force of 0.8 % of friction, which the record makes probable and no more.
 
-    Its part is sampled in 3,300 steps. Where a force is as probable as none, its size has a long tail towards
+    Its part is sampled in 2,000 steps. Where a force is as probable as none, its size has a long tail towards
     zero, which takes four times as many; shares are tested to about 0.01 in either case.
     """
-    # from a seed that has both on; each part is sampled, so few of them are wanted
-    found = (fb.estimate(record(0.008, seed, 5e-5), SYSTEM) for seed in range(9, 40))
+    # from a seed on that has both and three parts; each part is sampled, so no more of them are wanted
+    found = (fb.estimate(record(0.008, seed, 5e-5), SYSTEM) for seed in range(23, 60))
     return next(one for one in found if 0.9 < one.random_force.probability < 0.97 and len(one.fit.parts) < 4)
 
 
@@ -84,7 +84,9 @@ def test_the_check_is_of_the_mixture(undecided: fb.Estimate, run: checking.Refer
 
 
 def test_a_part_that_does_not_count_is_not_sampled() -> None:
-    closed = fb.estimate(record(0.3, 1), SYSTEM)
+    """Two of six accounts count here; a mixture of three is sampled above."""
+    certain = record(0.1, 1, 5e-5)
+    closed = fb.estimate(certain, SYSTEM)
     tree = sample_estimate(closed, seed=3, ess=150.0)
     parts = parts_of(tree)
     assert len(parts) == len(closed.fit.parts) < len(closed.fit.accounts)
@@ -98,7 +100,7 @@ def test_a_part_that_does_not_count_is_not_sampled() -> None:
         false_alarm_rate=1e-4,
     )
     assert verdict.agrees, verdict.because
-    without = fb.sample_reference(record(0.3, 1), SYSTEM, random_force="none", seed=3, ess=150.0)
+    without = fb.sample_reference(certain, SYSTEM, random_force="none", seed=3, ess=150.0)
     assert without.attrs["random_force"] == 0
     assert without.attrs["friction_unit"] == "N"
     assert float(without["posterior"]["friction"].std()) < 0.5 * closed.friction.std()
