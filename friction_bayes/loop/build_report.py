@@ -93,7 +93,8 @@ def judge(candidates: Candidates, rng: np.random.Generator) -> Judgement:
         witnesses=candidates.witnesses,
         contradicted=candidates.contradicted,
     )
-    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
+    failed = len(candidates.tests.failed)
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"], failed)
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
@@ -196,12 +197,14 @@ def _next_experiment(judged: Judgement, candidates: Candidates) -> str | None:
     """The next experiment, where the verdict leaves a question open."""
     if judged.word == AMBIGUOUS and (deciding := _deciding_experiment(judged.mixture, candidates)):
         return deciding
-    if judged.against:
-        depends_on, failed = candidates.left()["depends_on"], candidates.tests.failed
-        return experiment_on_unexplained(depends_on, failed, judged.against, len(candidates.best))
     rubs, least = judged.dry["probability"], settings.SETTINGS.credible_mass
-    open_whether = 1.0 - least < rubs < least
-    return WHETHER_IT_RUBS if judged.word == AMBIGUOUS and open_whether else None
+    if judged.word == AMBIGUOUS and not judged.against and 1.0 - least < rubs < least:
+        return WHETHER_IT_RUBS
+    failed = candidates.tests.failed
+    if judged.against or (judged.word == AMBIGUOUS and len(failed) > 1):
+        depends_on = candidates.left()["depends_on"]
+        return experiment_on_unexplained(depends_on, failed, judged.against, len(candidates.best))
+    return None
 
 
 def _reference_check(

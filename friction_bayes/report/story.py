@@ -112,10 +112,16 @@ def _verdict(report: Report, records: int) -> str:
             added = f" with {name}" if best["effects"] else ""
             if report["because"]:
                 return f"Coulomb friction{added} explains {what} ({share}), but {_doubts(report, what)}."
-            matters = percent(report["dry_friction"]["probability"])
+            matters, failed = report["dry_friction"]["probability"], report["residual"]["after"]["failed"]
+            if max(matters, 1.0 - matters) >= _CERTAIN:
+                return (
+                    f"Of the laws evaluated Coulomb friction{added} explains {what} ({share}), but what it "
+                    f"leaves is not noise (failed tests: {failures(failed)}): something else acts, too weak "
+                    "to change friction."
+                )
             return (
                 f"Coulomb friction{added} explains {what} ({share}), but the probability that dry friction "
-                f"matters is only {matters}."
+                f"matters is only {percent(matters)}."
             )
         law = set(best["effects"]) - {"random_force"}
         if all(set(c["effects"]) - {"random_force"} == law for c in credible):

@@ -123,7 +123,7 @@ class LawColumn:
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
-        return self.kind in ("displacement", "velocity", "step", "filter")
+        return self.kind in ("displacement", "velocity", "step", "corner", "filter")
 
     def in_widths(self) -> Iterator[LawColumn]:
         """The column in each of the widths of its prior that the effect's series has."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
+from friction_bayes.estimators.noise.free_corners import corner_columns, corner_scale
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
@@ -195,7 +196,7 @@ class LawColumns:
 
     @property
     def always(self) -> list[int]:
-        """Columns that every set contains: start, stiffness, zero within a step, and of a filter."""
+        """Columns that every set contains: start, stiffness, zero within a step, corners, and of a filter."""
         return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
 
     @property
@@ -238,12 +239,15 @@ class LawColumns:
         return shown if self.filter is None else Through(shown)(self.filter)
 
     def behind(self, filter_: RecordingFilter) -> LawColumns:
-        """The same after a filter, except lines and the zero of the recording.
+        """The same after a filter, except lines, the zero of the recording and corners of any shape.
 
         With what the filter has of the time outside the record, and its doubts.
         """
-        added = [c.kind == "step" or c.effect in SENSOR_ZERO or c.line is not None for c in self.columns]
-        moved = np.flatnonzero(~np.array(added))
+        recorded = [
+            c.kind in ("step", "corner") or c.effect in SENSOR_ZERO or c.line is not None
+            for c in self.columns
+        ]
+        moved = np.flatnonzero(~np.array(recorded))
         behind = replace(self, filter=filter_)
         shown, sensor = (
             behind.recorded(np.column_stack([self.sensor[:, moved], self.known])),
@@ -328,7 +332,8 @@ def law_columns(
     )
     of_lines = chain.from_iterable(line_columns(line, record.scales, path, order, w0) for line in lines)
     shown = [*((each.column, each.error(read)) for each in wrong), *of_lines, _step(record, w0)]
-    law = law.with_shown(shown)
+    corners = _corners(path, order, friction) if record.free_corners else ()
+    law = law.with_shown([*shown, *corners])
     return law if record.filter is None else law.behind(record.filter)
 
 
@@ -392,6 +397,12 @@ def _step(record: MovingRecord, w0: float) -> tuple[LawColumn, Array]:
     """The zero of a sensor that counts steps, of which none says whether it is rounded or cut off."""
     order, known_to = record.segment.order, max(record.segment.resolution or 0.0, record.least_noise)
     return LawColumn("step", known_to), np.full(record.samples, w0**-order)
+
+
+def _corners(path: MeasuredPath, order: int, friction: float) -> Iterator[tuple[LawColumn, Array]]:
+    """Corners as a sensor may have made them, see :mod:`friction_bayes.estimators.noise.free_corners`."""
+    for scale, column in zip(corner_scale(path, order, friction), corner_columns(path).T, strict=True):
+        yield LawColumn("corner", float(scale)), column
 
 
 def _wrong(record: MovingRecord, w0: float) -> Iterator[SensorColumn]:

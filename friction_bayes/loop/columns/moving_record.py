@@ -13,6 +13,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, margin
 from friction_bayes.loop.columns.effect_columns import OF_LINES, LawColumn
 from friction_bayes.loop.data.prepared_record import Segment
@@ -76,6 +77,8 @@ class MovingRecord:
         where it has none.
     filter : RecordingFilter or None
         Through which the record went. No random force is evaluated behind one.
+    free_corners : bool
+        Whether the corners of what is recorded may have any shape.
     jump : ndarray or None, shape (samples - 1,)
         How far the random force may jump in each interval in addition to its own increment, over the noise;
         None where it may nowhere.
@@ -93,6 +96,7 @@ class MovingRecord:
     sizes: dict[str, float] = field(default_factory=dict)
     scores: dict[str, tuple[float, ...]] = field(default_factory=dict)
     filter: RecordingFilter | None = None
+    free_corners: bool = False
     jump: Array | None = None
 
     @classmethod
@@ -164,8 +168,11 @@ class MovingRecord:
 
     def clock_along(self, path: MeasuredPath, feedback: Feedback, w0: float) -> Clock:
         """Their time stamps and noise, and the propagation of a perturbation by oscillator and law."""
-        steps = feedback_steps(path, feedback) if self.forced else None
-        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, steps), w0)
+        steps, variance = feedback_steps(path, feedback) if self.forced else None, self.variance
+        if self.free_corners and self.segment.order == 2:
+            # the columns of corners do not represent a jump
+            variance = np.where(near_corners(path), np.inf, variance)
+        return self.error.of(Clock.of(path.phase, variance, path.stiffness, self.jump, steps), w0)
 
     def first_motion(self) -> tuple[float, SmoothedMotion]:
         """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.

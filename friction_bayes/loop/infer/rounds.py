@@ -20,7 +20,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import likely_filters
 from friction_bayes.estimators.noise.free_corners import corner_columns
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
-from friction_bayes.loop.columns.law_columns import LawBefore
+from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
@@ -163,6 +163,11 @@ class Round:
         """Whether the residual of the law is white noise, and a random force is less probable than none."""
         return not self.wanders and self.leaves_white
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether this is so of dry friction alone, with no more than an error of the sensor's zero."""
+        return self.is_all and self.found.sets.effects[self._best.chosen] <= SENSOR_ZERO
+
     @cached_property
     def leaves_white(self) -> bool:
         """Whether the residual of law and random force is white noise."""
@@ -272,6 +277,17 @@ class Round:
         whole = replace(self.whole, error=error, jump=None)
         along = self._along(whole)
         return None if along is None else replace(self, whole=whole, found=along, near=None)
+
+    def with_free_corners(self) -> Round | None:
+        """The same where the sensor may have given corners any shape; None for one that shows displacement.
+
+        That has next to none.
+        """
+        if self.whole.segment.order == 0:
+            return None
+        whole = replace(self.whole, free_corners=True)
+        along = self._along(whole)
+        return None if along is None else replace(self, whole=whole, found=along, near=None, alone=False)
 
     def behind_filter(self) -> Round | None:
         """The same law behind the filter that the record went through; None without one."""

@@ -70,8 +70,10 @@ def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None
     best, coloured = latest, _coloured(still)
     if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
         best = coloured
-    behind = _behind_filter(still, coulomb) if filters and not latest.is_all else None
-    return best if behind is None or _holds_against(best, behind) else behind
+    if filters and not latest.is_plain:
+        for other in (_settled(still.with_free_corners()), _behind_filter(still, coulomb)):
+            best = best if other is None or _holds_against(best, other) else other
+    return best
 
 
 def _with_knocks(latest: Round | None) -> Round | None:

@@ -346,6 +346,12 @@ class Candidates:
         found: list[str] = []
         for fit, left in zip(self.best, self._left, strict=True):
             found += knock_notes(fit, self.factor * fit.law.unit_force, self.unit)
+            if fit.record.free_corners:
+                found.append(
+                    f"{fit.segment.decay.name}: where the motion turns, the record has not the corners of "
+                    "dry friction, as behind a filter or on a soft mount: they may have any shape, and the "
+                    "loss of amplitude determines friction"
+                )
             if left.jumps is not None and self._fluctuates:
                 found.append(
                     f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "

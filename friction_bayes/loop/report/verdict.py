@@ -89,7 +89,12 @@ def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def verdict(
-    sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, against: Sequence[str], rubs: float
+    sets: Sequence[frozenset[str]],
+    probabilities: Array,
+    agrees: Mask,
+    against: Sequence[str],
+    rubs: float,
+    failed: int = 0,
 ) -> str:
     """Return the verdict.
 
@@ -97,10 +102,11 @@ def verdict(
     where the candidates with together 95 % agree on friction, whether another effect acts or not; but not
     where friction itself is so uncertain that all agree. Effects explain a record where they have 95 % by
     themselves, with dry friction or without: a law that does not know whether that acts is not known. No law
-    explains a record that it forecasts worse than Coulomb friction alone.
+    explains a record that it forecasts worse than Coulomb friction alone, or that fails two tests of its
+    residual: one may fail by chance.
 
-    Candidates come most probable first, ``agrees`` says which agree with the friction averaged over all, and
-    ``rubs`` is the probability that dry friction matters.
+    Candidates come most probable first, ``agrees`` says which agree with the friction averaged over all,
+    ``rubs`` is the probability that dry friction matters, and so many tests of the most probable ``failed``.
     """
     if set(against) - {FORECAST}:
         return UNEXPLAINED
@@ -108,7 +114,7 @@ def verdict(
         return AMBIGUOUS
     least, effects = settings.SETTINGS.credible_mass, sets[0] - {RANDOM_FORCE.name}
     if effects and min(float(probabilities[0]), max(rubs, 1.0 - rubs)) >= least:
-        return "explained"
+        return "explained" if failed < 2 else AMBIGUOUS
     known = min(float(probabilities[agrees].sum()), rubs) >= least
     return "adequate" if known and effects <= ADDED else AMBIGUOUS
 

@@ -297,3 +297,10 @@ def test_a_zero_far_off_is_no_misfit_of_the_law(amplitudes: float) -> None:
     assert error["before"] == pytest.approx(error["after"], rel=0.05)
     empty = next(c for c in report.candidates if not c["effects"])
     assert empty["probability"] < 1e-6
+
+
+@pytest.mark.parametrize(("failed", "word"), [(0, "explained"), (1, "explained"), (2, "ambiguous")])
+def test_no_law_explains_a_record_that_fails_two_tests(failed: int, word: str) -> None:
+    sets = [frozenset({"viscous_damping"}), frozenset[str]()]
+    agrees = np.array([True, False])
+    assert verdict(sets, np.array([0.98, 0.02]), agrees, (), 0.99, failed) == word
