@@ -178,6 +178,12 @@ class FreeDecay:
         stray = tuple(time for time in self.stray if time >= later.start_time)
         return replace(later, later=self.later + 1, stray=stray)
 
+    def until(self, stop: int) -> FreeDecay:
+        """The same of the samples before one, at which the mass has come to rest."""
+        shorter = self._between(0, stop)
+        stray = tuple(time for time in self.stray if time <= shorter.start_time + shorter.duration)
+        return replace(shorter, stray=stray)
+
     def _between(self, first: int, stop: int) -> FreeDecay:
         """The samples from one to before another."""
         if (first, stop) == (0, self.values.size):

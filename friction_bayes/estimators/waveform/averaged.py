@@ -32,6 +32,7 @@ from friction_bayes.estimators.noise.noise_accounts import (
     noise_accounts,
 )
 from friction_bayes.estimators.posterior_part import PosteriorPart
+from friction_bayes.estimators.waveform.early_rest import until_rest
 from friction_bayes.estimators.waveform.sensor_faults import plain_decay, without_sensor_faults
 from friction_bayes.estimators.witness import Witness
 
@@ -209,7 +210,7 @@ def answered(
     decay, fit
         What was fitted of it, and the fit.
     """
-    decay, fit = without_sensor_faults(decay, fit_of)
+    decay, fit = without_sensor_faults(until_rest(decay, fit_of), fit_of)
     fit = averaged_over_accounts(decay, fit)
     for step in [] if from_here else [suspect] + [1] * (_MOST_LATER - 1):
         if _explained(fit):

@@ -13,7 +13,7 @@ SYSTEM = fb.Oscillator(mass=1.0, stiffness=(2.0 * np.pi * 5.0) ** 2)
 
 
 def acceleration(rng: np.random.Generator, drop: float, corner: float) -> np.ndarray:
-    """Of a decay by dry friction, each half cycle about its own centre, filtered twice at eight times the rate.
+    """Of a decay by dry friction, in arcs about a centre each, filtered twice at eight times the rate.
 
     Released from rest, the filters at rest too; the record begins as the mass is let go.
     """
@@ -29,7 +29,7 @@ def acceleration(rng: np.random.Generator, drop: float, corner: float) -> np.nda
 
 @pytest.mark.parametrize("corner", [0.2, 0.3])
 def test_friction_is_that_of_the_loss_of_amplitude(corner: float) -> None:
-    """To half a percent; with the corners of dry friction it is 1.2 and 1.8 % off, and a random force is found."""
+    """To half a percent; with the corners of dry friction it is 1.2 and 1.8 % off, by a random force."""
     drop = 0.06
     values = acceleration(np.random.default_rng(1), drop, corner)
     record = fb.make_record(np.arange(values.size) / RATE, values, "acceleration")
