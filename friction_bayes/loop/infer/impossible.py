@@ -1,4 +1,7 @@
-"""Sets of effects beyond what their priors allow: friction that pushes, a sensor that hides the motion."""
+"""Sets of effects beyond what their priors allow.
+
+Sizes outside their support, friction that pushes, a sensor that hides the motion.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,10 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
+from friction_bayes.loop.columns.effect_columns import LawColumn
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
+from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 
@@ -63,7 +68,7 @@ def _ahead(found: LawAlongMotion, posterior: Posterior) -> Mask:
 
 
 def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
-    """Sets, shape (m,), in which dry friction pushes, or sensor effects cancel the motion.
+    """Sets, shape (m,), of sizes outside their support, or in which friction pushes or a sensor hides motion.
 
     In the regression a dependence of friction is a force of its own, with a prior in units of the friction
     that explains the loss of amplitude; where dry friction is small, it may exceed this and change the sign.
@@ -88,14 +93,42 @@ def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, 
     weight = posterior.weight
     total, at = weight.sum(axis=0), weight.argmax(axis=0)
     order = np.argsort(-total)[: np.count_nonzero(total)]
-    pushes, hides = _Friction(found), _Sensor(found.law)
+    outside, pushes, hides = _Support(found.law), _Friction(found), _Sensor(found.law)
     start, some = 0, 1
     while start < order.size:
         # the first are often all that is looked at
         sets = order[start : start + some]
         laws = np.array([posterior.mean_law(posterior.points[at[k]], k) for k in sets.tolist()])
-        yield from zip(sets.tolist(), ~(pushes(laws) | hides(laws)), strict=True)
+        yield from zip(sets.tolist(), ~(outside(laws) | pushes(laws) | hides(laws)), strict=True)
         start, some = start + some, min(2 * some, _AT_ONCE)
+
+
+class _Support:
+    """Whether a parameter of laws lies outside what it may be; the regression knows its sign alone."""
+
+    def __init__(self, law: LawColumns) -> None:
+        self.law = law
+        support = [_support(column) for column in law.columns]
+        self.bounded = np.array([k for k, ends in enumerate(support) if np.isfinite(ends).any()], np.intp)
+        self.low, self.high = np.array(support)[self.bounded].T
+        self.of_friction = np.array([law.columns[k].of_friction for k in self.bounded], np.bool_)
+
+    def __call__(self, laws: Array) -> Mask:
+        """Of laws (k, p), shape (k,)."""
+        law = self.law
+        values, friction = laws[:, self.bounded], laws[:, law.frictions].sum(axis=1) * law.unit_force
+        # in units of the friction that the columns assume; without dry friction there is none to compare with
+        scale = np.divide(law.friction, friction, out=np.zeros_like(friction), where=friction > 0.0)
+        values = np.where(self.of_friction, values * scale[:, None], values)
+        return np.asarray(((values < self.low) | (values > self.high)).any(axis=1))
+
+
+def _support(column: LawColumn) -> tuple[float, float]:
+    """Least and largest value of the parameter that a column has as its coefficient."""
+    if column.kind != "effect" or column.line is not None:
+        return -np.inf, np.inf
+    (parameter,) = (each for each in EFFECTS[column.effect].parameters if each.name == column.parameter)
+    return parameter.low, parameter.high
 
 
 class _Friction:
