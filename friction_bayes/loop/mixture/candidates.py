@@ -89,8 +89,8 @@ class Candidates:
 
     @property
     def needs_more(self) -> bool:
-        """Whether dry friction, and what a sensor adds to any motion, are not the most probable candidate."""
-        return not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best)
+        """Whether dry friction, and what a sensor adds to any motion, do not explain the records."""
+        return not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best) or bool(self.tests.failed)
 
     @property
     def evaluated(self) -> frozenset[str]:
