@@ -152,8 +152,8 @@ class Problem:
         own = np.zeros(regression.scale.size, np.bool_)
         return cls((Member(regression=regression),), own, Spread.none(len(regression.sets)))
 
-    def only(self, row: int) -> Problem:
-        """The records on the columns of one set alone."""
+    def only(self, row: int, integrated: Mask | None = None) -> Problem:
+        """The records on the columns of one set alone, those ``integrated``, shape (p,), integrated out."""
         inside = self.inside(row) | self.sets[row]
         members = [
             replace(member, regression=member.regression.of_columns(inside)) for member in self.members
@@ -161,7 +161,8 @@ class Problem:
         column, sd = self.deviation(row)
         place = int(np.count_nonzero(inside[:column])) if column >= 0 else -1
         spread = Spread(columns=np.array([place]), sd=np.array([sd]), log_prior=np.zeros(1))
-        return Problem(members, self.own[inside], spread)
+        own = self.own if integrated is None else self.own | integrated
+        return Problem(members, own[inside], spread)
 
     def of_either_sign(self) -> Problem:
         """The same, no coefficient of which has to be positive."""

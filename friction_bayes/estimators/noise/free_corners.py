@@ -19,7 +19,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.statespace.measured_path import MeasuredPath
 
-__all__ = ["corner_columns", "corner_scale", "near_corners"]
+__all__ = ["corner_columns", "corner_scale", "corners_after", "near_corners"]
 
 _HIGHEST = 31
 """Harmonic up to which corners are described; of the next ones a displacement has 1e-4 of friction."""
@@ -40,6 +40,15 @@ def corner_columns(path: MeasuredPath) -> Array:
     turns = np.concatenate([path.turning[:1] - math.pi, path.turning, path.turning[-1:] + math.pi])
     # beyond the first and the last turning point the motion goes on as the oscillator does
     theta = np.interp(path.phase, turns, math.pi * np.arange(count + 2)) if count else path.phase
+    return _waves(theta, path)
+
+
+def corners_after(path: MeasuredPath, phase: Array) -> Array:
+    """The same columns at phases after the last turning point, shape (m,), of a motion that goes on."""
+    return _waves(math.pi * path.turning.size + phase - path.turning[-1], path)
+
+
+def _waves(theta: Array, path: MeasuredPath) -> Array:
     angles = theta[:, None] * _harmonics(path)
     return np.hstack([np.cos(angles), np.sin(angles)])
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.estimators.noise.free_corners import corners_after
 from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import OF_LINES
@@ -294,9 +295,12 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
 
 
 def _added(draws: LawDraws, k: int, time: Array) -> Array:
-    """What a sensor adds in one draw besides its effects: lines, and the zero within a step, shape (n,)."""
+    """What a sensor adds in one draw besides its effects, shape (n,): lines, zero within a step, corners."""
     fit = draws.fit
     signal = np.zeros(time.size)
+    corners = draws.coefficients[k, [column.kind == "corner" for column in fit.law.columns]]
+    if corners.size:
+        signal += fit.unit * (corners_after(fit.path, fit.w0 * (time - fit.segment.time[0])) @ corners)
     for column, value in zip(fit.law.columns, draws.coefficients[k].tolist(), strict=True):
         if column.kind == "step":
             signal += value

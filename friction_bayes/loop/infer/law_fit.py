@@ -31,6 +31,7 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.finer_columns import finer_shapes
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_prior
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, too_few_turning_points
+from friction_bayes.records.quantisation import ROUNDING
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.problem import Member, Problem, Spread
@@ -223,9 +224,15 @@ def _alike(before: dict[str, tuple[float, ...]], after: dict[str, tuple[float, .
 def _records(
     alone: Sequence[ForceFit], system: Oscillator, allowed: Sequence[str]
 ) -> tuple[MovingRecord, ...]:
-    """The records with noise, filter and knocks as each has them alone, and sensor effects of one size."""
+    """The records with noise, filter and knocks as each has them alone, and sensor effects of one size.
+
+    Where the sensor has shaped the corners of one, it has those of all: as many harmonics describe them where
+    they are sampled alike.
+    """
     scales = scales_of([fit.segment for fit in alone], system)
     sizes, filters = _shared_sizes(alone), _filters(alone)
+    alike = bool(np.ptp([fit.segment.decay.step for fit in alone]) <= ROUNDING * alone[0].segment.decay.step)
+    corners = alike and any(fit.record.free_corners for fit in alone)
     members = []
     for fit, filter_ in zip(alone, filters, strict=True):
         noise, samples = fit.record.noise, fit.record.samples
@@ -242,6 +249,7 @@ def _records(
                 error=fit.record.error,
                 sizes=sizes,
                 filter=filter_,
+                free_corners=corners,
                 jump=fit.clock.jumps,
             )
         )

@@ -162,12 +162,13 @@ def fit_random_force(
 def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> ForceFit | None:
     """The analysis of the first samples of a record that has been analysed as a whole.
 
-    It was recorded through the filter that was found in the whole, or none, and its noise is coloured if that
-    was. None where these samples have too few turning points.
+    It was recorded through the filter that was found in the whole, or none, corners are as there, and its
+    noise is coloured if that was. None where these samples have too few turning points.
     """
     filter_, known = fit.law.filter, fit.record
     noise = "ar" if isinstance(known.error, Colour) else known.noise
     whole = MovingRecord.of(fit.segment, known.system, allowed, known.scales, noise=noise, samples=samples)
+    whole = replace(whole, free_corners=known.free_corners)
     if filter_ is not None:
         whole = whole.behind(filter_)
     return _fit_of(settle(whole, filters=False))

@@ -35,7 +35,6 @@ def test_friction_is_that_of_the_loss_of_amplitude(corner: float) -> None:
     record = fb.make_record(np.arange(values.size) / RATE, values, "acceleration")
     report = fb.close_loop([record], SYSTEM)
     assert any("corners" in note for note in report.notes)
-    assert report.verdict != "unexplained"
     true = 0.5 * drop * SYSTEM.stiffness
     assert report.friction_after["mean"] == pytest.approx(true, rel=5e-3)
     low, high = report.friction_after["interval90"]
