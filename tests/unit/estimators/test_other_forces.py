@@ -183,7 +183,7 @@ def test_a_law_with_a_random_force_draws_the_fit_of_dry_friction() -> None:
         SYSTEM,
         friction=FRICTION,
         initial_displacement=AMPLITUDE,
-        duration=5.0,
+        duration=3.0,
         sampling_rate=400.0,
         noise_sd=2e-5,
         seed=3,
