@@ -89,6 +89,8 @@ class FreeDecay:
         Whether ``rest_position`` was given, not found.
     disturbed : int
         Half cycles after the release that are left out as a hand still acted on them.
+    rests_early : bool
+        Whether a part after is left out in which the mass rests where sliding friction would not hold it.
     driven : bool
         Whether a part before is left out in which no amplitude was lost, as under a drive.
     later : int
@@ -119,6 +121,7 @@ class FreeDecay:
     rest_known: bool = False
     disturbed: int = 0
     driven: bool = False
+    rests_early: bool = False
     later: int = 0
     drift: float = 0.0
     lines: tuple[float, ...] = ()
@@ -182,7 +185,7 @@ class FreeDecay:
         """The same of the samples before one, at which the mass has come to rest."""
         shorter = self._between(0, stop)
         stray = tuple(time for time in self.stray if time <= shorter.start_time + shorter.duration)
-        return replace(shorter, stray=stray)
+        return replace(shorter, stray=stray, rests_early=True)
 
     def _between(self, first: int, stop: int) -> FreeDecay:
         """The samples from one to before another."""
@@ -243,6 +246,11 @@ class FreeDecay:
             notes.append(
                 f"{self.name}: no amplitude was lost up to {self.start_time:.4g} s, as under a drive: that "
                 "part is left out"
+            )
+        if self.rests_early:
+            notes.append(
+                f"{self.name}: the mass rests from {self.start_time + self.duration:.4g} s on, where sliding "
+                "friction would not hold it: what follows is left out"
             )
         if self.drift:
             notes.append(

@@ -80,7 +80,8 @@ def judge(candidates: Candidates, rng: np.random.Generator) -> Judgement:
     loss, factor = _loss(candidates, frequency), candidates.factor
     friction = reported_friction(mixture.friction, frequency, model, rng_dry)
     dry = dry_friction(friction, loss, candidates.tolerance)
-    forecasts = forecast_records(before), candidates.forecasts()
+    predicted = forecast_records(before), candidates.forecasts()
+    forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     after = reported_friction(mixture.friction, frequency, model, rng_after)
     against = reasons_against(

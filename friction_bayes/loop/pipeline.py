@@ -127,7 +127,7 @@ def close_loop(
 def _from_where_free(
     records: Sequence[xr.DataArray], segments: tuple[Segment, ...], system: Oscillator
 ) -> tuple[Segment, ...]:
-    """The segments without the half cycles in which something rather held the mass still."""
+    """The segments without the half cycles in which something was rather still holding the mass."""
     return tuple(
         segment if (start := free_from(segment)) is None else segment.later(record, system, start)
         for record, segment in zip(records, segments, strict=True)

@@ -113,7 +113,7 @@ def _verdict(report: Report, records: int) -> str:
             if report["because"]:
                 return f"Coulomb friction{added} explains {what} ({share}), but {_doubts(report, what)}."
             matters, failed = report["dry_friction"]["probability"], report["residual"]["after"]["failed"]
-            if max(matters, 1.0 - matters) >= _CERTAIN:
+            if len(failed) > 1 and max(matters, 1.0 - matters) >= _CERTAIN:
                 return (
                     f"Of the laws evaluated Coulomb friction{added} explains {what} ({share}), but what it "
                     f"leaves is not noise (failed tests: {failures(failed)}): something else acts, too weak "

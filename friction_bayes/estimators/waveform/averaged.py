@@ -193,7 +193,7 @@ def answered(
 ) -> tuple[FreeDecay, Fit]:
     """The fit of a decay averaged over the accounts, from where it is free.
 
-    Half cycles in which something rather held the mass still are left out.
+    Half cycles in which something was rather still holding the mass are left out.
 
     Parameters
     ----------

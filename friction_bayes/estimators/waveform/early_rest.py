@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
 
@@ -24,7 +25,9 @@ __all__ = ["until_rest"]
 _LOG_PRIOR_ODDS = math.log(0.1 / 0.9)
 """Of an earlier rest a priori."""
 _MOST_EARLIER = 3
-"""Half cycles by which it may come earlier: friction at rest is then seven times that of sliding."""
+"""Half cycles by which it may come earlier, each as probable: friction at rest is then seven times that of
+sliding. The last turning point of the fit, where the mass rests by that, may be named too.
+"""
 _FEWEST = 3
 """Half cycles of a decay, and samples at rest."""
 
@@ -41,7 +44,11 @@ def until_rest(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> FreeDeca
     if not decay.stops or decay.quantity.order == 2:
         # at rest an accelerometer shows what it shows at any speed
         return decay
-    fit = fit_of(decay)
+    try:
+        fit = fit_of(decay)
+    except InputError:
+        # what is no decay is refused where it is fitted
+        return decay
     if fit.prediction is None or fit.motion is None:
         return decay
     left = decay.values - fit.prediction

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.estimators.waveform.averaged import answered
-from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.data.white_noise_fit import fit_of
 
 __all__ = ["free_from"]
 
@@ -22,12 +19,11 @@ def free_from(segment: Segment) -> float | None:
     """
     if segment.clipped:
         return None
-    decay, estimator = segment.decay, WaveformEstimator()
-    fit_of = partial(estimator.fit, prior=estimator.default_prior(decay), peaks=PEAKS[0])
+    decay = segment.decay
     ignored = np.zeros(decay.values.size, np.bool_)
     ignored[: segment.moving] = segment.ignored[: segment.moving]
     try:
-        later, _ = answered(decay.without_stray(ignored), fit_of, suspect=max(segment.disturbed, 1))
+        later, _ = answered(decay.without_stray(ignored), fit_of(decay), suspect=max(segment.disturbed, 1))
     except InputError:
         return None
     return later.start_time if later.later else None

@@ -31,8 +31,10 @@ from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
+from friction_bayes.estimators.waveform.early_rest import until_rest
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop import settings
+from friction_bayes.loop.data.white_noise_fit import fit_of
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import check_gaps, sampling_interval
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
@@ -110,8 +112,8 @@ class Segment:
             notes += (f"{self.decay.name}: {self.decay.both_frequencies(self.decay.frequency)}: {far}",)
         if self.held:
             notes += (
-                f"{self.decay.name}: held at first: the {self.held * self.block} samples before the release, "
-                f"until {self.decay.start_time:.4g} s, are left out",
+                f"{self.decay.name}: held at first, or a sensor was settling: the {self.held * self.block} "
+                f"samples before the release, until {self.decay.start_time:.4g} s, are left out",
             )
         if self.block > 1:
             notes += (
@@ -160,7 +162,7 @@ class Segment:
 
     def later(self, record: xr.DataArray, system: Oscillator, start: float) -> Segment:
         """The same of its record, which is not clipped, from a time on [s]: the mass was held before."""
-        again = _cut(record, system, free_from=start)
+        again = _cut(record, system, free_from=start - 0.5 * self.decay.step)
         held = round((again.decay.start_time - self.decay.start_time) / self.decay.step)
         return replace(again, held=self.held + held, sides=np.zeros_like(again.sides))
 
@@ -227,6 +229,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     if not clips:
         # noise on top of a flat top leaves no samples at one value, which are all that can be censored
         refuse_saturated(decay)
+        decay = until_rest(decay, fit_of(decay))
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size

@@ -281,7 +281,7 @@ class Round:
     def with_free_corners(self) -> Round | None:
         """The same where the sensor may have given corners any shape; None for one that shows displacement.
 
-        That has next to none.
+        Dry friction makes next to no corners in a displacement.
         """
         if self.whole.segment.order == 0:
             return None

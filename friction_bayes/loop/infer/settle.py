@@ -3,9 +3,9 @@
 A law converges without a random force first, and from the motion of Coulomb friction where the smoothed one
 does not lead to white residuals; where these are not white, or a force is more probable, it converges with a
 force too, and the larger evidence decides. Alternatives to both are coloured noise, where the spectrum shows
-it, and a filter that the record went through, behind which the noise has a colour too. Under the most
-probable one the law converges once more, the noise nowhere below its level near the motion's frequency. At
-last the force is searched for knocks.
+it, corners that the sensor has shaped, and a filter that the record went through, behind which the noise has
+a colour too. Under the most probable one the law converges once more, the noise nowhere below its level near
+the motion's frequency. At last the force is searched for knocks.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def _with_force(first: Round | None, still: Round | None) -> Round | None:
 
 
 def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None, *, filters: bool) -> Round:
-    """The most probable of a law, the same under coloured noise, and behind a filter, if looked for."""
+    """The most probable of a law, the same under coloured noise, with free corners, and behind a filter."""
     best, coloured = latest, _coloured(still)
     if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
         best = coloured

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +14,7 @@ import xarray as xr
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
+from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
@@ -331,6 +333,17 @@ class Candidates:
             found.append(predicted)
         return tuple(found)
 
+    def where_fitted(self, forecasts: tuple[Forecast, ...]) -> tuple[Forecast, ...]:
+        """Forecasts compared where free corners describe a jump: of an acceleration not next to it."""
+        found = []
+        for each, fit in zip(forecasts, self.best, strict=False):
+            near = np.zeros(fit.segment.moving, np.bool_)
+            if fit.record.free_corners and fit.segment.order == 2:
+                at = near_corners(fit.path)[: near.size]
+                near[: at.size] = at
+            found.append(replace(each, free=each.free & ~near[near.size - each.free.size :]))
+        return tuple(found)
+
     def noise_floor(self) -> float:
         pairs = zip(self.best, self._left, strict=True)
         each = [float(fit.sensor_noise.sd_of_samples(np.asarray(left.rms))) for fit, left in pairs]
@@ -350,7 +363,7 @@ class Candidates:
                 found.append(
                     f"{fit.segment.decay.name}: where the motion turns, the record has not the corners of "
                     "dry friction, as behind a filter or on a soft mount: they may have any shape, and the "
-                    "loss of amplitude determines friction"
+                    "loss of amplitude determines friction, the gain at the motion's frequency being one"
                 )
             if left.jumps is not None and self._fluctuates:
                 found.append(

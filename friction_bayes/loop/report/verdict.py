@@ -101,9 +101,9 @@ def verdict(
     Coulomb friction alone, with or without a random force and what a sensor adds to any motion, is adequate
     where the candidates with together 95 % agree on friction, whether another effect acts or not; but not
     where friction itself is so uncertain that all agree. Effects explain a record where they have 95 % by
-    themselves, with dry friction or without: a law that does not know whether that acts is not known. No law
-    explains a record that it forecasts worse than Coulomb friction alone, or that fails two tests of its
-    residual: one may fail by chance.
+    themselves, with dry friction or without: a law that does not know whether that acts is not known. No
+    effects explain a record that they forecast worse than Coulomb friction alone, or the residual of which
+    fails two tests: one may fail by chance.
 
     Candidates come most probable first, ``agrees`` says which agree with the friction averaged over all,
     ``rubs`` is the probability that dry friction matters, and so many tests of the most probable ``failed``.
@@ -113,8 +113,8 @@ def verdict(
     if against:
         return AMBIGUOUS
     least, effects = settings.SETTINGS.credible_mass, sets[0] - {RANDOM_FORCE.name}
-    if effects and min(float(probabilities[0]), max(rubs, 1.0 - rubs)) >= least:
-        return "explained" if failed < 2 else AMBIGUOUS
+    if effects and failed < 2 and min(float(probabilities[0]), max(rubs, 1.0 - rubs)) >= least:
+        return "explained"
     known = min(float(probabilities[agrees].sum()), rubs) >= least
     return "adequate" if known and effects <= ADDED else AMBIGUOUS
 

@@ -20,6 +20,7 @@ __all__ = ["POSITION_FORCE"]
 
 
 _NONE = 1e-8
+"""Prior sd, over the spring's force, of a term that is not looked for."""
 
 
 @njit(nogil=True)
