@@ -236,13 +236,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     rest = round(settings.SETTINGS.rest_kept * moving) if decay.stops else 0
     n = min(values.size - first, moving + rest)
     used = values[first : first + n]
-    sides = np.zeros(n)
-    if clips:
-        # the sensor's range may be symmetric or not: an end is clipped where it is held
-        for side, end in ((1.0, values.max()), (-1.0, values.min())):
-            held = np.abs(used - end) <= ROUNDING * np.ptp(values)
-            if np.count_nonzero(held) > 3:
-                sides[held] = side
+    sides = _sides(values, used) if clips else np.zeros(n)
     ignored = np.asarray(not_fitted[block * first : block * (first + n)].reshape(n, block).any(axis=1))
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
@@ -265,6 +259,17 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         held=before_release,
         disturbed=disturbed,
     )
+
+
+def _sides(values: Array, used: Array) -> Array:
+    """Which of the samples used, shape (n,), lie flat at the upper (1) or lower end (-1) of all values."""
+    sides = np.zeros(used.size)
+    # the sensor's range may be symmetric or not: an end is clipped where it is held
+    for side, end in ((1.0, values.max()), (-1.0, values.min())):
+        held = np.abs(used - end) <= ROUNDING * np.ptp(values)
+        if np.count_nonzero(held) > 3:
+            sides[held] = side
+    return sides
 
 
 def _filled_in(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, Mask]:

@@ -307,6 +307,28 @@ def test_coulomb_friction_that_may_be_none_is_said_to_be_that(loop_report: LoopR
     assert "only 80.0 %" in sentence
 
 
+@pytest.mark.parametrize(
+    ("failed", "matters", "said"),
+    [
+        (["lines", "whiteness"], 0.99, "but what it leaves is not noise (failed tests: "),
+        (["lines", "whiteness"], 0.8, "matters is only 80.0 %"),
+        ([], 0.02, "matters is only 2.0 %"),
+    ],
+)
+def test_one_law_that_is_no_explanation_says_why(
+    loop_report: LoopReport, failed: list[str], matters: float, said: str
+) -> None:
+    candidates = [{"effects": ["presliding"], "probability": 0.97}, {"effects": [], "probability": 0.03}]
+    after = loop_report.residual["after"] | {"failed": failed, "passes": not failed}
+    report = replace(
+        loop_report,
+        candidates=candidates,
+        residual=loop_report.residual | {"after": after},
+        dry_friction={"probability": matters, "upper95": 0.1},
+    )
+    assert said in verdict_sentence(report.to_dict())
+
+
 def test_story_has_every_line(loop_report: LoopReport) -> None:
     reported = dict(loop_story(loop_report.to_dict()))
     assert reported["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
