@@ -1,16 +1,29 @@
-"""A smooth curve along a decay about its mean, as friction or the zero of a sensor changes."""
+r"""Smooth curves: about a mean, as friction or a sensor's zero changes along a decay, and of any motion.
+
+The latter have the density of
+
+.. math:: y_i = A \sum_{k \le d} c_k P_k(s_i) + e_i, \quad c_k \sim N(0, 1), \quad e_i \sim N(0, \sigma^2)
+
+with Legendre polynomials, averaged over the degree.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
+from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["CURVE_SDS", "smooth_curve"]
+__all__ = ["CURVE_SDS", "curve_degrees", "log_density_of_curve", "smooth_curve"]
 
 CURVE_SDS = np.array([1.0, 0.5, 0.25])
 """Prior sds of its columns over that of the first: what changes smoothly has ever less of a higher degree."""
 CURVE_SDS.flags.writeable = False
+_DEGREES = range(4, 13)
+"""Of a curve over a half cycle, all as probable: below, that itself shows; above, noise is as smooth."""
 
 
 def smooth_curve(place: Array, until: float) -> Array:
@@ -30,3 +43,32 @@ def smooth_curve(place: Array, until: float) -> Array:
     return np.asarray(
         0.5 * np.polynomial.legendre.legvander(2.0 * place / until - 1.0, CURVE_SDS.size)[:, 1:]
     )
+
+
+def curve_degrees(half_cycles: int, samples: int) -> list[int]:
+    """Degrees that a curve over some half cycles may have; empty where the samples are too few."""
+    return [half_cycles * each for each in _DEGREES if half_cycles * each < samples]
+
+
+def log_density_of_curve(place: Array, signal: Array, amplitude: float, degrees: Sequence[int]) -> float:
+    """Log density of a signal as a smooth curve in white noise, all in units of the noise.
+
+    Parameters
+    ----------
+    place : ndarray, shape (n,)
+        Of the samples, from -1 to 1.
+    signal : ndarray, shape (n,)
+    amplitude : float
+        Prior sd of each coefficient.
+    degrees : sequence of int
+        Of the curve, all as probable; zero for a constant.
+    """
+    found = []
+    for degree in degrees:
+        curve = amplitude * np.polynomial.legendre.legvander(place, degree)
+        left, singular, _ = np.linalg.svd(curve, full_matrices=False)
+        along, variance = left.T @ signal, 1.0 + singular**2
+        squares = float(signal @ signal - along @ along + np.sum(along**2 / variance))
+        log_volume = signal.size * math.log(2.0 * math.pi) + float(np.log(variance).sum())
+        found.append(-0.5 * (log_volume + squares))
+    return float(logsumexp(found)) - math.log(len(found))

@@ -1,11 +1,9 @@
-r"""The end of a decay whose mass rests earlier than the fit says, as it breaks away at more than it slides.
+"""The end of a decay whose mass rests earlier than the fit says, as it breaks away at more than it slides.
 
 By Coulomb friction it rests where the spring pulls with less than friction. Friction at rest may be larger,
-and hold it from an earlier turning point on. The samples after one have then a constant level,
-
-.. math:: y_i = a + e_i, \quad a \sim N(0, A^2), \quad e_i \sim N(0, \sigma^2)
-
-against the fit, with :math:`A` the amplitude there and :math:`\sigma` the noise of the samples before.
+and hold it from an earlier turning point on. The samples after one are then at a constant level; or they are
+what the fit says; or they move on in another way, along any smooth curve
+(:mod:`friction_bayes.estimators.noise.smooth_curve`), as under a law that the fit lacks.
 """
 
 from __future__ import annotations
@@ -19,6 +17,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
 
 __all__ = ["until_rest"]
 
@@ -51,24 +50,30 @@ def until_rest(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> FreeDeca
         return decay
     if fit.prediction is None or fit.motion is None:
         return decay
-    left = decay.values - fit.prediction
+    left, about_rest = decay.values - fit.prediction, decay.values - fit.rest_position
+    noise = _noise(decay.values, left)
     turns = np.flatnonzero(np.diff(np.sign(fit.motion.states[:, 1])) != 0) + 1
-    log_odds = {}
-    for turn in turns[_FEWEST:][-_MOST_EARLIER - 1 :].tolist():
-        if left.size - turn >= _FEWEST:
-            log_odds[turn] = _log_odds(decay.values[turn:] - fit.rest_position, left[:turn], left[turn:])
+    log_odds = {
+        turn: _log_odds(about_rest[turn:] / noise, left[turn:] / noise, int(np.sum(turns >= turn)))
+        for turn in turns[_FEWEST:][-_MOST_EARLIER - 1 :].tolist()
+        if left.size - turn >= _FEWEST and noise > 0.0
+    }
     best = max(log_odds, key=lambda turn: log_odds[turn], default=None)
     if best is None or log_odds[best] + _LOG_PRIOR_ODDS - math.log(_MOST_EARLIER) < 0.0:
         return decay
     return decay.until(best)
 
 
-def _log_odds(level: Array, before: Array, after: Array) -> float:
-    """Log odds of a constant level against residuals ``after``, given those ``before``."""
-    noise2 = float(before @ before) / before.size
-    amplitude2, n = float(np.max(np.abs(level))) ** 2 + noise2, level.size
-    mean = float(level.mean())
-    squares = float(np.sum((level - mean) ** 2))
-    spread = amplitude2 + noise2 / n
-    log_occam = 0.5 * math.log(noise2 / (n * spread))
-    return 0.5 * (float(after @ after) - squares) / noise2 + log_occam - 0.5 * mean**2 / spread
+def _noise(values: Array, left: Array) -> float:
+    """Sd of the sensor's noise, at most: what the fit leaves, or the second differences of the samples."""
+    second = np.diff(values, 2)
+    return math.sqrt(min(float(left @ left) / left.size, float(second @ second) / (6.0 * second.size)))
+
+
+def _log_odds(level: Array, left: Array, half_cycles: int) -> float:
+    """Log odds of a constant level against a fit that leaves ``left`` or a motion, in units of the noise."""
+    amplitude, place = float(np.max(np.abs(level))) + 1.0, np.linspace(-1.0, 1.0, level.size)
+    fit = -0.5 * (level.size * math.log(2.0 * math.pi) + float(left @ left))
+    degrees = curve_degrees(half_cycles, level.size)
+    moves = log_density_of_curve(place, level, amplitude, degrees) if degrees else -math.inf
+    return log_density_of_curve(place, level, amplitude, [0]) - max(fit, moves)
