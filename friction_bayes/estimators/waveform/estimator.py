@@ -14,7 +14,7 @@ motion ends is taken as found.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
@@ -24,6 +24,7 @@ from friction_bayes.conjugate.regression import CoefficientMarginals, NormalInve
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
+from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FittedMotion, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
@@ -54,7 +55,7 @@ from friction_bayes.estimators.waveform.signal_fit import FittedSignal, signal_f
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 from friction_bayes.statespace.measured_path import NEAR_TURN
 
-__all__ = ["WaveformEstimator"]
+__all__ = ["WaveformEstimator", "white_noise_fit"]
 
 _NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
 """Coefficients; amplitude and phase are those in the middle of the record."""
@@ -150,6 +151,12 @@ class WaveformEstimator(TabulatedPrior):
             residual=residual,
             glance=partial(glance, decays.values, decays.located, decays.quantity.order, fits),
         )
+
+
+def white_noise_fit(decay: FreeDecay) -> Callable[[FreeDecay], Fit]:
+    """How a decay, or a part of it, is fitted with its default prior."""
+    estimator = WaveformEstimator()
+    return partial(estimator.fit, prior=estimator.default_prior(decay), peaks=PEAKS[0])
 
 
 def _samples(decay: FreeDecay) -> Samples:

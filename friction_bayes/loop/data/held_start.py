@@ -6,8 +6,8 @@ import numpy as np
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.waveform.averaged import answered
+from friction_bayes.estimators.waveform.estimator import white_noise_fit
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.data.white_noise_fit import fit_of
 
 __all__ = ["free_from"]
 
@@ -23,7 +23,9 @@ def free_from(segment: Segment) -> float | None:
     ignored = np.zeros(decay.values.size, np.bool_)
     ignored[: segment.moving] = segment.ignored[: segment.moving]
     try:
-        later, _ = answered(decay.without_stray(ignored), fit_of(decay), suspect=max(segment.disturbed, 1))
+        later, _ = answered(
+            decay.without_stray(ignored), white_noise_fit(decay), suspect=max(segment.disturbed, 1)
+        )
     except InputError:
         return None
     return later.start_time if later.later else None

@@ -32,9 +32,9 @@ from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.estimators.waveform.early_rest import until_rest
+from friction_bayes.estimators.waveform.estimator import white_noise_fit
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop import settings
-from friction_bayes.loop.data.white_noise_fit import fit_of
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import check_gaps, sampling_interval
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
@@ -229,7 +229,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     if not clips:
         # noise on top of a flat top leaves no samples at one value, which are all that can be censored
         refuse_saturated(decay)
-        decay = until_rest(decay, fit_of(decay))
+        decay = until_rest(decay, white_noise_fit(decay))
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size
