@@ -210,7 +210,11 @@ def answered(
     decay, fit
         What was fitted of it, and the fit.
     """
-    decay, fit = without_sensor_faults(until_rest(decay, fit_of), fit_of)
+    fit = fit_of(decay)
+    shorter = until_rest(decay, fit)
+    if shorter is not decay:
+        decay, fit = shorter, fit_of(shorter)
+    decay, fit = without_sensor_faults(decay, fit, fit_of)
     fit = averaged_over_accounts(decay, fit)
     for step in [] if from_here else [suspect] + [1] * (_MOST_LATER - 1):
         if _explained(fit):

@@ -9,17 +9,15 @@ what the fit says; or they move on in another way, along any smooth curve
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
 
-__all__ = ["until_rest"]
+__all__ = ["may_rest_early", "until_rest"]
 
 _LOG_PRIOR_ODDS = math.log(0.1 / 0.9)
 """Of an earlier rest a priori."""
@@ -31,24 +29,16 @@ _FEWEST = 3
 """Half cycles of a decay, and samples at rest."""
 
 
-def until_rest(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> FreeDecay:
+def until_rest(decay: FreeDecay, fit: Fit) -> FreeDecay:
     """The decay up to where its mass rather rests, itself where the fit says so.
 
     Parameters
     ----------
     decay : FreeDecay
-    fit_of : callable, FreeDecay -> Fit
+    fit : Fit
         Under white noise, method ``waveform``.
     """
-    if not decay.stops or decay.quantity.order == 2:
-        # at rest an accelerometer shows what it shows at any speed
-        return decay
-    try:
-        fit = fit_of(decay)
-    except InputError:
-        # what is no decay is refused where it is fitted
-        return decay
-    if fit.prediction is None or fit.motion is None:
+    if not may_rest_early(decay) or fit.prediction is None or fit.motion is None:
         return decay
     left, about_rest = decay.values - fit.prediction, decay.values - fit.rest_position
     noise = _noise(decay.values, left)
@@ -62,6 +52,11 @@ def until_rest(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> FreeDeca
     if best is None or log_odds[best] + _LOG_PRIOR_ODDS - math.log(_MOST_EARLIER) < 0.0:
         return decay
     return decay.until(best)
+
+
+def may_rest_early(decay: FreeDecay) -> bool:
+    """Whether a decay shows a rest: an accelerometer shows at rest what it shows at any speed."""
+    return decay.stops and decay.quantity.order < 2
 
 
 def _noise(values: Array, left: Array) -> float:

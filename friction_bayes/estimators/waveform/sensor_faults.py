@@ -32,16 +32,20 @@ _FROM_TURN = 0.5
 """Phase from a turning point, about, within which a filter may round a velocity or acceleration."""
 
 
-def without_sensor_faults(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
+def without_sensor_faults(
+    decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]
+) -> tuple[FreeDecay, Fit]:
     """The decay without stray samples, lines and a drift of the zero, and its fit.
 
     Parameters
     ----------
     decay : FreeDecay
+    fit : Fit
+        Of all its samples.
     fit_of : callable, FreeDecay -> Fit
         Under white noise, method ``waveform``.
     """
-    decay, fit = _without_stray(decay, fit_of(decay), fit_of)
+    decay, fit = _without_stray(decay, fit, fit_of)
     decay, fit = _without_lines(decay, fit, fit_of)
     return _with_its_zero(decay, fit, fit_of)
 

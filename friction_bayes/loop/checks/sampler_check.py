@@ -110,9 +110,9 @@ def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
     found: neither is sampled. The zero within a step and free corners are integrated out.
     """
     first, columns = fit.fits[0], np.flatnonzero(fit.problem.sets[row])
-    # of the sensor alone, the zero within a step next to an offset one too many
-    of_sensor = np.array([column.kind in ("step", "corner") for column in fit.law.columns])
-    columns = columns[~of_sensor[columns]]
+    # next to an offset the zero within a step is one too many
+    of_recording = np.array([column.of_recording for column in fit.law.columns])
+    columns = columns[~of_recording[columns]]
     frictions = np.isin(columns, fit.law.frictions)
     stiffness = int(np.searchsorted(columns, first.regression.stiffness))
 
@@ -125,7 +125,7 @@ def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
         return found
 
     return law_target(
-        fit.problem.only(row, of_sensor),
+        fit.problem.only(row, of_recording),
         fit.prior if forced else None,
         natural=natural,
         signals=[each.segment.values[: each.record.samples] for each in fit.fits],

@@ -123,7 +123,12 @@ class LawColumn:
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
-        return self.kind in ("displacement", "velocity", "step", "corner", "filter")
+        return self.of_recording or self.kind in ("displacement", "velocity", "filter")
+
+    @property
+    def of_recording(self) -> bool:
+        """Whether it is of what is recorded alone, and no effect: the zero within a step, and corners."""
+        return self.kind in ("step", "corner")
 
     def in_widths(self) -> Iterator[LawColumn]:
         """The column in each of the widths of its prior that the effect's series has."""

@@ -243,10 +243,7 @@ class LawColumns:
 
         With what the filter has of the time outside the record, and its doubts.
         """
-        recorded = [
-            c.kind in ("step", "corner") or c.effect in SENSOR_ZERO or c.line is not None
-            for c in self.columns
-        ]
+        recorded = [c.of_recording or c.effect in SENSOR_ZERO or c.line is not None for c in self.columns]
         moved = np.flatnonzero(~np.array(recorded))
         behind = replace(self, filter=filter_)
         shown, sensor = (

@@ -31,7 +31,7 @@ from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
-from friction_bayes.estimators.waveform.early_rest import until_rest
+from friction_bayes.estimators.waveform.early_rest import may_rest_early, until_rest
 from friction_bayes.estimators.waveform.estimator import white_noise_fit
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop import settings
@@ -229,7 +229,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     if not clips:
         # noise on top of a flat top leaves no samples at one value, which are all that can be censored
         refuse_saturated(decay)
-        decay = until_rest(decay, white_noise_fit(decay))
+        decay = _until_rest(decay)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size
@@ -259,6 +259,16 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         held=before_release,
         disturbed=disturbed,
     )
+
+
+def _until_rest(decay: FreeDecay) -> FreeDecay:
+    """The decay up to where its mass rather rests; itself where it cannot be fitted."""
+    if not may_rest_early(decay):
+        return decay
+    try:
+        return until_rest(decay, white_noise_fit(decay)(decay))
+    except InputError:
+        return decay
 
 
 def _sides(values: Array, used: Array) -> Array:
