@@ -44,7 +44,7 @@ def until_rest(decay: FreeDecay, fit: Fit) -> FreeDecay:
     noise = _noise(decay.values, left)
     turns = np.flatnonzero(np.diff(np.sign(fit.motion.states[:, 1])) != 0) + 1
     log_odds = {
-        turn: _log_odds(about_rest[turn:] / noise, left[turn:] / noise, int(np.sum(turns >= turn)))
+        turn: _log_odds(about_rest / noise, left / noise, turn, int(np.sum(turns >= turn)))
         for turn in turns[_FEWEST:][-_MOST_EARLIER - 1 :].tolist()
         if left.size - turn >= _FEWEST and noise > 0.0
     }
@@ -65,10 +65,18 @@ def _noise(values: Array, left: Array) -> float:
     return math.sqrt(min(float(left @ left) / left.size, float(second @ second) / (6.0 * second.size)))
 
 
-def _log_odds(level: Array, left: Array, half_cycles: int) -> float:
-    """Log odds of a constant level against a fit that leaves ``left`` or a motion, in units of the noise."""
+def _log_odds(about_rest: Array, left: Array, turn: int, half_cycles: int) -> float:
+    """Log odds of a constant level from a turn on, against the fit or a motion, in units of the noise.
+
+    The fit may be as wrong there as it is before: under a random force it leaves more than noise everywhere.
+    """
+    level, after = about_rest[turn:], left[turn:]
     amplitude, place = float(np.max(np.abs(level))) + 1.0, np.linspace(-1.0, 1.0, level.size)
-    fit = -0.5 * (level.size * math.log(2.0 * math.pi) + float(left @ left))
+    before = float(left[:turn] @ left[:turn]) / turn
+    fit = max(
+        -0.5 * (level.size * math.log(2.0 * math.pi * variance) + float(after @ after) / variance)
+        for variance in (1.0, max(1.0, before))
+    )
     degrees = curve_degrees(half_cycles, level.size)
     moves = log_density_of_curve(place, level, amplitude, degrees) if degrees else -math.inf
     return log_density_of_curve(place, level, amplitude, [0]) - max(fit, moves)
