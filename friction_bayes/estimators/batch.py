@@ -43,8 +43,9 @@ from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import far_apart, rather_a_push
 from friction_bayes.estimators.stack import TIME_LAST, as_stack
-from friction_bayes.estimators.waveform.averaged import answered
+from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.estimators.waveform.free_part import free_part
 from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.estimators.witness import answer_parts, not_negative
 from friction_bayes.records.clipping import clipped_fraction
@@ -595,7 +596,8 @@ def _answered(
         answer = not_negative(answer_parts(fitted, None, uneven))
         write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
-        decay, fit = answered(decays.without_dropouts(row), fit_of)
+        decay, fit = free_part(decays.without_dropouts(row), fit_of)
+        fit = averaged_over_accounts(decay, fit)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             used[row] = False

@@ -31,8 +31,9 @@ from friction_bayes.estimators.noise.other_forces import BENT
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
-from friction_bayes.estimators.waveform.averaged import answered
+from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.estimators.waveform.free_part import free_part
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
@@ -161,8 +162,8 @@ def estimate(
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:
-            decay = decay.without_samples_at(dropouts)
-            decay, fit = answered(decay, fit_of, from_here=start is not None)
+            decay, fit = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
+            fit = averaged_over_accounts(decay, fit)
             _refuse_negative(decay, fit)
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)

@@ -384,10 +384,16 @@ def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
     )
 
 
-def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
+def noise_accounts(decay: PlainDecay, *, filtered: bool = True) -> tuple[NoiseAccount, ...]:
     """All accounts of a decay with their probabilities, the one of white noise alone first.
 
     None where it is too short, or has no appreciable noise.
+
+    Parameters
+    ----------
+    decay : PlainDecay
+    filtered : bool
+        Whether those behind filters, whose search takes most of the time, are among them.
     """
     if not decay.usable:
         return ()
@@ -415,7 +421,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     evaluated = _evaluate(prepared, shapes)
     found = [_Found(part, share) for part, share in evaluated]
     if not _white_noise_explains(evaluated):
-        behind = _behind(prepared, fit, evaluated)
+        behind = _behind(prepared, fit, evaluated) if filtered else []
         rest = 1.0 - sum(each.value for each in behind)
         found = [*(each._replace(value=each.value * rest) for each in found), *behind]
         found = _with_both(prepared, found)

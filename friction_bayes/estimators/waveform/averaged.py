@@ -7,7 +7,7 @@ accounts are those of :mod:`friction_bayes.estimators.noise.noise_accounts`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,6 @@ import numpy as np
 
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
@@ -25,24 +24,17 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import (
     loss_of_amplitude,
     uneven_loss,
 )
-from friction_bayes.estimators.noise.held_start import log_odds_of_hold
 from friction_bayes.estimators.noise.noise_accounts import (
     SLIGHT,
     NoiseAccount,
     noise_accounts,
 )
 from friction_bayes.estimators.posterior_part import PosteriorPart
-from friction_bayes.estimators.waveform.early_rest import until_rest
-from friction_bayes.estimators.waveform.sensor_faults import plain_decay, without_sensor_faults
+from friction_bayes.estimators.waveform.sensor_faults import plain_decay
 from friction_bayes.estimators.witness import Witness
 
-__all__ = [
-    "answered",
-    "averaged_over_accounts",
-]
+__all__ = ["averaged_over_accounts"]
 
-_MOST_LATER = 3
-"""Times that the start may be moved."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
@@ -186,59 +178,6 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         random_force=_random_force_of(accounts),
         witness=_witness_of(decay, averages["coefficient"], uneven, accounts),
     )
-
-
-def answered(
-    decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False, suspect: int = 1
-) -> tuple[FreeDecay, Fit]:
-    """The fit of a decay averaged over the accounts, from where it is free.
-
-    Half cycles in which something was rather still holding the mass are left out.
-
-    Parameters
-    ----------
-    decay : FreeDecay
-    fit_of : callable, FreeDecay -> Fit
-        Under white noise, method ``waveform``.
-    from_here : bool
-        Whether the decay is known to be free from its start.
-    suspect : int
-        Half cycles that are judged together first.
-
-    Returns
-    -------
-    decay, fit
-        What was fitted of it, and the fit.
-    """
-    fit = fit_of(decay)
-    shorter = until_rest(decay, fit)
-    if shorter is not decay:
-        decay, fit = shorter, fit_of(shorter)
-    decay, fit = without_sensor_faults(decay, fit, fit_of)
-    fit = averaged_over_accounts(decay, fit)
-    for step in [] if from_here else [suspect] + [1] * (_MOST_LATER - 1):
-        if _explained(fit):
-            break
-        later = decay
-        for _ in range(step):
-            later = later.half_a_cycle_later()
-        try:
-            other = averaged_over_accounts(later, fit_of(later))
-        except InputError:
-            # what is left once the start is gone is no decay: the start is what was measured
-            break
-        if not other.accounts or other.filter is not None:
-            break
-        until = later.start_time - decay.start_time
-        if log_odds_of_hold(fit.accounts, other.accounts, until, step) < 0.0:
-            break
-        decay, fit = later, other
-    return decay, fit
-
-
-def _explained(fit: Fit) -> bool:
-    """Whether dry friction in white noise, or a filter, rather explains the record, its start too."""
-    return not fit.accounts or fit.accounts[0].probability > 0.5 or fit.filter is not None
 
 
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[PosteriorPart, ...]:

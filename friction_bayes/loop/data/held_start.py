@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import white_noise_fit
+from friction_bayes.estimators.waveform.free_part import free_part
 from friction_bayes.loop.data.prepared_record import Segment
 
 __all__ = ["free_from"]
@@ -23,7 +23,7 @@ def free_from(segment: Segment) -> float | None:
     ignored = np.zeros(decay.values.size, np.bool_)
     ignored[: segment.moving] = segment.ignored[: segment.moving]
     try:
-        later, _ = answered(
+        later, _ = free_part(
             decay.without_stray(ignored), white_noise_fit(decay), suspect=max(segment.disturbed, 1)
         )
     except InputError:

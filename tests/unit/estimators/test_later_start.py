@@ -9,8 +9,9 @@ from friction_bayes import Oscillator, estimate, make_record, simulate
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.waveform.averaged import answered
+from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.estimators.waveform.free_part import free_part
 
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.3
@@ -36,7 +37,8 @@ def test_a_later_part_that_cannot_be_fitted_leaves_the_whole(seed: int) -> None:
         return estimator.fit(decay, estimator.default_prior(decay), peaks="highest")
 
     decay = find_free_decay(record, SYSTEM)
-    used, fit = answered(decay, fit_of)
+    used, fit = free_part(decay, fit_of)
+    fit = averaged_over_accounts(used, fit)
     assert set(fitted) == {0, 1}
     assert used is decay
     assert fit.random_force is not None
