@@ -21,8 +21,6 @@ from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTE
 from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 
 __all__ = [
-    "ALARM_RATE",
-    "HARMONIC_BAND",
     "LINES_APART",
     "LOG_DECAY_TIME",
     "Line",
@@ -31,9 +29,9 @@ __all__ = [
     "steady_lines",
 ]
 
-ALARM_RATE = 1e-4
+_ALARM_RATE = 1e-4
 """Probability that noise passes for a line by chance: each changes the model of the whole record."""
-HARMONIC_BAND = 0.05
+_HARMONIC_BAND = 0.05
 """Distance from a harmonic of the motion, over its frequency, within which changes of it make lines."""
 LOG_DECAY_TIME = math.log(9.0)
 """Largest error of the logarithm of a decay time where a line is first found."""
@@ -117,10 +115,6 @@ class LineSearch(NamedTuple):
         Of the record [s].
     motion : float
         Frequency of the motion [Hz].
-    band : float
-        Distance from its harmonics over that frequency, within which no line is found.
-    alarm_rate : float
-        Probability that noise passes for a line.
     lowest : float
         Frequency below which no line is looked for [Hz].
     """
@@ -128,8 +122,6 @@ class LineSearch(NamedTuple):
     step: float
     duration: float
     motion: float
-    band: float = HARMONIC_BAND
-    alarm_rate: float = ALARM_RATE
     lowest: float = 0.0
 
     def of_motion(self, frequency: ArrayLike, decay_time: float) -> Mask:
@@ -139,7 +131,7 @@ class LineSearch(NamedTuple):
         width = 1.0 / (math.pi * decay_time)
         # apart from its own negative frequency
         least = max(0.5 * LINES_APART / self.duration, 1.0 / decay_time, self.lowest)
-        band = max(self.band * self.motion, width)
+        band = max(_HARMONIC_BAND * self.motion, width)
         off = np.abs(line - np.rint(line / self.motion) * self.motion) >= band
         return np.asarray(~off | (line < least))
 
@@ -154,7 +146,7 @@ class LineSearch(NamedTuple):
 
     def no_chance(self, height: float, samples: int) -> bool:
         """Whether noise is not expected to have an ordinate so high over their mean."""
-        return samples * math.exp(-height) < self.alarm_rate
+        return samples * math.exp(-height) < _ALARM_RATE
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from friction_bayes.decay.spectral_lines import ALARM_RATE, HARMONIC_BAND
-
 __all__ = ["SETTINGS", "LoopSettings"]
 
 
@@ -30,13 +28,6 @@ class LoopSettings:
         "probability",
         "that a test of the residual, of witnesses, of several records or for a knock fails by chance",
         "convention",
-    )
-    noise_alarm_rate: float = _setting(
-        ALARM_RATE,
-        "probability",
-        "that white noise passes for coloured or a line, or outliers for uneven, by chance",
-        "a hundredth of the rate of the tests: each changes the noise model of the whole record; with that "
-        "rate false lines take 0.05 from the law of one blind record in 24",
     )
     far: float = _setting(
         4.0,
@@ -157,12 +148,6 @@ class LoopSettings:
         "the motion's frequency",
         "above which a decay has next to no power; half of it where samples are few",
         "odd harmonics fall fast; with any colour the noise takes up the law of one measured record",
-    )
-    harmonic_band: float = _setting(
-        HARMONIC_BAND,
-        "the motion's frequency",
-        "from its harmonics, in which its own changes make lines",
-        "judgement",
     )
     knock_part: float = _setting(
         0.25, "share", "of its largest score from which on neighbours belong to a knock", "judgement"

@@ -656,7 +656,8 @@ def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) ->
 def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
     """The account of a law along the motion under that law, until this stays, on the same samples.
 
-    Forces that are taken as given along one motion overshoot in the next: each is halfway.
+    Forces that are taken as given along one motion overshoot in the next: each is halfway. Of motions that
+    do not settle the most probable counts; where they do, that of none before is of the law it is along.
     """
     best = latest = shape.still
     shapes, variance = SHAPES, best.laid.regression.clock.variance
@@ -665,9 +666,10 @@ def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
         shapes = moved_shapes(law[before.laid.of_other_forces], shapes)
         path = prepared.along_law(before.laid, law, 0.5).with_variance(variance)
         latest = before.along(_with_other_forces(prepared, path, shapes))
-        best = _best([best, latest])
         if abs(latest.log_evidence - before.log_evidence) < _SAME:
+            best = latest
             break
+        best = _best([best, latest])
     return _Shape([*shape.paths, best.laid], best)
 
 

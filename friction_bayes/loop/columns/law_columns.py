@@ -37,6 +37,7 @@ from friction_bayes.loop.columns.effect_columns import (
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, SensorEffect
+from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.statespace.kalman import sensor_row
@@ -45,7 +46,7 @@ from friction_bayes.statespace.response import Feedback, response_at_sensor
 
 __all__ = ["SENSOR_ZERO", "LawBefore", "LawColumns", "law_columns"]
 
-SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
+SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name, CURVED_SENSOR_DRIFT.name})
 """An error of the sensor's zero is combined with every set: nearly every measured record has one."""
 _OF_START = 2
 """Columns before those of the forces."""

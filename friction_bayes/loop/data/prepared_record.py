@@ -142,8 +142,8 @@ class Segment:
 
     @property
     def duration(self) -> float:
-        """Length [s], to which friction drift refers."""
-        return float(self.decay.step * self.values.size)
+        """How long the mass moves [s], to which friction drift refers."""
+        return float(self.decay.step * self.moving)
 
     @property
     def clipped(self) -> bool:

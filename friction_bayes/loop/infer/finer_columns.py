@@ -16,7 +16,6 @@ from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.spectral_lines import Line, LineSearch, decaying_lines, steady_lines
-from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
@@ -40,9 +39,9 @@ _NUDGE = 1e-3
 
 def line_search(segment: Segment) -> LineSearch:
     """Where lines of a record are looked for."""
-    chosen, decay = settings.SETTINGS, segment.decay
-    motion = decay.frequency / (2.0 * math.pi)
-    return LineSearch(decay.step, segment.duration, motion, chosen.harmonic_band, chosen.noise_alarm_rate)
+    decay = segment.decay
+    duration, motion = decay.step * segment.values.size, decay.frequency / (2.0 * math.pi)
+    return LineSearch(decay.step, duration, motion)
 
 
 def lines_in_residual(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
+from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
@@ -31,7 +32,7 @@ AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
 FORECAST = "forecast"
 """A forecast may be worse than another by chance: a reason for doubt, not proof that the law is wrong."""
-ADDED = {SENSOR_OFFSET.name, SENSOR_DRIFT.name, PERIODIC_INTERFERENCE.name}
+ADDED = {SENSOR_OFFSET.name, SENSOR_DRIFT.name, CURVED_SENSOR_DRIFT.name, PERIODIC_INTERFERENCE.name}
 """What a sensor adds to any motion in the same way, which says nothing of the law."""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from friction_bayes.mechanics.effects.asymmetric_friction import ASYMMETRIC_FRICTION
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.curved_friction_drift import CURVED_FRICTION_DRIFT
+from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.effect import (
     Effect,
     Extent,
@@ -90,6 +91,7 @@ BUILT_IN: tuple[Effect, ...] = (
     SENSOR_NONLINEARITY,
     SENSOR_OFFSET,
     SENSOR_DRIFT,
+    CURVED_SENSOR_DRIFT,
     SENSOR_HYSTERESIS,
     ENCODER_ECCENTRICITY,
     SENSOR_CLIPPING,
