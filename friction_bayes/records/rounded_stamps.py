@@ -33,7 +33,7 @@ def with_even_stamps(record: xr.DataArray) -> xr.DataArray:
 
 
 def _rounded_from(time: Array) -> Array | None:
-    """Even times, shape (n,), that give all of these with as few decimals as they have; None where none do."""
+    """Even times, shape (n,), that are these with as few decimals as they have; None where none are."""
     span = float(time[-1] - time[0])
     decimals = (k for k in range(_MOST_DECIMALS) if np.allclose(time, time.round(k), 0.0, ROUNDING * span))
     unit = 10.0 ** -next(decimals, _MOST_DECIMALS)

@@ -66,14 +66,21 @@ def _with_force(first: Round | None, still: Round | None) -> Round | None:
 
 
 def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None, *, filters: bool) -> Round:
-    """The most probable of a law, the same under coloured noise, with free corners, and behind a filter."""
-    best, coloured = latest, _coloured(still)
-    if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
-        best = coloured
-    if filters and not latest.is_plain:
-        for other in (_settled(still.with_free_corners()), _behind_filter(still, coulomb)):
-            best = best if other is None or _holds_against(best, other) else other
-    return best
+    """The most probable of a law, the same behind a filter, under coloured noise, and with free corners.
+
+    The spectra have compared a filter with noise of any other colour: what holds behind it is not compared
+    with that again.
+    """
+    sought, best = filters and not latest.is_plain, latest
+    behind = _behind_filter(still, coulomb) if sought else None
+    if behind is not None and not _holds_against(latest, behind):
+        best = behind
+    else:
+        coloured = _coloured(still)
+        if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
+            best = coloured
+    shaped = _settled(still.with_free_corners()) if sought else None
+    return best if shaped is None or _holds_against(best, shaped) else shaped
 
 
 def _with_knocks(latest: Round | None) -> Round | None:
