@@ -166,7 +166,12 @@ class Round:
     @property
     def is_plain(self) -> bool:
         """Whether this is so of dry friction alone, with no more than an error of the sensor's zero."""
-        return self.is_all and self.found.sets.effects[self._best.chosen] <= SENSOR_ZERO
+        return self.is_all and self.acting <= SENSOR_ZERO
+
+    @property
+    def acting(self) -> frozenset[str]:
+        """Effects of its most probable law."""
+        return self.found.sets.effects[self._best.chosen]
 
     @cached_property
     def leaves_white(self) -> bool:
@@ -254,6 +259,12 @@ class Round:
         regression = self.found.regression
         audible = self._best.noise > _AUDIBLE * regression.least_noise
         return audible and regression.clock.even and self._colour is not None
+
+    def among(self, allowed: tuple[str, ...]) -> Round | None:
+        """The same where these effects may act."""
+        whole = replace(self.whole, allowed=allowed)
+        along = self._along(whole)
+        return None if along is None else replace(self, whole=whole, found=along)
 
     def with_lines(self, lines: tuple[Line, ...]) -> Round | None:
         """The same where these lines may be there."""

@@ -17,9 +17,12 @@ from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.noise.correlated_noise import is_coloured
+from friction_bayes.mechanics.effects.curved_friction_drift import CURVED_FRICTION_DRIFT
+from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 
 __all__ = ["settle"]
 
+_DRIFTS = {FRICTION_DRIFT.name, CURVED_FRICTION_DRIFT.name}
 _MOST_ROUNDS = 5
 """Until a law has converged; as many again with every knock that is admitted."""
 _MOST_HALVES = 2
@@ -47,12 +50,26 @@ def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
         # step by step a law may not reach an optimum far from its start
         coulomb = coulomb_start(whole)
         still = _better(still, _settled(Round.about_coulomb(whole, coulomb)))
+    still = _better(still, _without_drift(still))
     latest = _with_force(first, still)
     if latest is not None and still is not None and whole.noise != "white":
         best = _under_other_noise(latest, still, coulomb, filters=filters)
         if best is not latest:
             latest = _settled(best.in_its_colour_near_motion()) or latest
     return _with_knocks(latest)
+
+
+def _without_drift(still: Round | None) -> Round | None:
+    """The law that is reached by way of laws in which nothing of friction changes with time.
+
+    A friction drift imitates a loss that depends on the velocity, and along the motion of the one the other
+    is less probable. None where the law has no drift.
+    """
+    if still is None or not still.acting & _DRIFTS:
+        return None
+    allowed = still.whole.allowed
+    steady = _settled(still.among(tuple(name for name in allowed if name not in _DRIFTS)))
+    return None if steady is None else _settled(steady.among(allowed))
 
 
 def _with_force(first: Round | None, still: Round | None) -> Round | None:
