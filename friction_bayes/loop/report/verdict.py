@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
+from friction_bayes.mechanics.effects import EFFECTS, NoiseEffect
 from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -99,12 +100,12 @@ def verdict(
 ) -> str:
     """Return the verdict.
 
-    Coulomb friction alone, with or without a random force and what a sensor adds to any motion, is adequate
-    where the candidates with together 95 % agree on friction, whether another effect acts or not; but not
-    where friction itself is so uncertain that all agree. Effects explain a record where they have 95 % by
-    themselves, with dry friction or without: a law that does not know whether that acts is not known. No
-    effects explain a record that they forecast worse than Coulomb friction alone, or the residual of which
-    fails two tests: one may fail by chance.
+    Coulomb friction alone, with or without a random force, what a sensor adds to any motion and noise that is
+    not the same everywhere, is adequate where the candidates with together 95 % agree on friction, whether
+    another effect acts or not; but not where friction itself is so uncertain that all agree. Effects explain
+    a record where they have 95 % by themselves, with dry friction or without: a law that does not know
+    whether that acts is not known. No effects explain a record that they forecast worse than Coulomb friction
+    alone, or the residual of which fails two tests: one may fail by chance.
 
     Candidates come most probable first, ``agrees`` says which agree with the friction averaged over all,
     ``rubs`` is the probability that dry friction matters, and so many tests of the most probable ``failed``.
@@ -117,7 +118,8 @@ def verdict(
     if effects and failed < 2 and min(float(probabilities[0]), max(rubs, 1.0 - rubs)) >= least:
         return "explained"
     known = min(float(probabilities[agrees].sum()), rubs) >= least
-    return "adequate" if known and effects <= ADDED else AMBIGUOUS
+    of_law = {name for name in effects - ADDED if not isinstance(EFFECTS[name], NoiseEffect)}
+    return "adequate" if known and not of_law else AMBIGUOUS
 
 
 def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:

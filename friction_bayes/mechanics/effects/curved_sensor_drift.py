@@ -30,12 +30,12 @@ CURVED_SENSOR_DRIFT = SensorEffect(
         ),
         Parameter(
             name="curvature",
-            unit="signal/s^2",
+            unit="signal/s2",
             prior=lambda scales: normal(_CHANGE * scales.signal / scales.duration**2),
         ),
         Parameter(
             name="cubic",
-            unit="signal/s^3",
+            unit="signal/s3",
             prior=lambda scales: normal(_CHANGE * scales.signal / scales.duration**3),
         ),
     ),

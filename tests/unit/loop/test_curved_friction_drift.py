@@ -66,3 +66,24 @@ def test_friction_changes_by_its_change_about_its_mean(time_share: float) -> Non
     change = [EFFECT.force(t, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, values, 0) for t in time]
     assert np.trapezoid(change, time) == pytest.approx(0.0, abs=1e-4)
     assert change[-1] - change[0] == pytest.approx(0.5, rel=1e-9)
+
+
+def test_friction_is_the_mean_over_the_motion_not_over_the_rest_after_it(seed: int) -> None:
+    """The simulation's drift is zero in the middle of the record, and the mass rests for a third of that."""
+    whole, friction, change = 14.0, 0.05, 0.4
+    clean = fb.simulate(
+        SYSTEM,
+        friction=friction,
+        initial_displacement=RELEASE,
+        duration=whole,
+        sampling_rate=100.0,
+        noise_sd=0.0,
+        seed=seed,
+        effects={"friction_drift.relative_change": change},
+    )
+    moves = float(clean["time"].values[np.flatnonzero(np.diff(clean.values))[-1] + 1])
+    assert moves < 0.75 * whole
+    noise = 2e-6 * np.random.default_rng(seed).standard_normal(clean.size)
+    found = fb.close_loop([clean + noise], SYSTEM, effects=["friction_drift"]).friction_after
+    expected = friction * (1.0 + change * (0.5 * moves / whole - 0.5))
+    assert found["mean"] == pytest.approx(expected, abs=4.0 * found["sd"] + 1e-3 * expected)

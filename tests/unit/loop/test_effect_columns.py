@@ -94,3 +94,26 @@ def test_a_drift_larger_than_the_swing_of_an_accelerometer_is_traced(seed: int) 
     report = fb.close_loop([record.copy(data=record.values + drift)[begun]], SYSTEM, seed=1)
     assert [effect["name"] for effect in report.effects] == ["sensor_drift"]
     assert report.friction_after["mean"] == pytest.approx(0.1, abs=4.0 * report.friction_after["sd"])
+
+
+@pytest.mark.parametrize("settles_in", [3.0, 6.0])
+def test_a_zero_that_settles_leaves_a_plain_record(settles_in: float, seed: int) -> None:
+    """Along a line it is not, and a random force that takes the rest makes the interval ten times as wide."""
+    clean = fb.simulate(
+        SYSTEM,
+        friction=0.1,
+        initial_displacement=0.01,
+        duration=8.0,
+        sampling_rate=100.0,
+        noise_sd=1e-5,
+        seed=seed,
+    )
+    warming = 4e-4 * np.exp(-clean["time"].values / settles_in)
+    plain, warm = (
+        fb.close_loop([record], SYSTEM) for record in (clean, clean.copy(data=clean.values + warming))
+    )
+    assert warm.verdict == "adequate"
+    assert warm.candidates[0]["effects"] == ["curved_sensor_drift"]
+    low, high = warm.friction_after["interval90"]
+    assert high - low < 2.0 * float(np.ptp(plain.friction_after["interval90"]))
+    assert warm.friction_after["mean"] == pytest.approx(0.1, abs=4.0 * warm.friction_after["sd"])

@@ -21,6 +21,7 @@ NONE: frozenset[str] = frozenset()
 VISCOUS = frozenset({"viscous_damping"})
 DRIFT = frozenset({"friction_drift"})
 FORCE = frozenset({"random_force"})
+JITTER = frozenset({"timing_jitter"})
 OFFSET = frozenset({"sensor_offset"})
 
 
@@ -50,6 +51,8 @@ def ambiguous() -> LoopReport:
         ([OFFSET, OFFSET | VISCOUS], [0.96, 0.04], "explained"),
         ([OFFSET | DRIFT, OFFSET], [0.91, 0.09], "ambiguous"),
         ([frozenset({"sensor_nonlinearity"}), DRIFT], [0.91, 0.09], "ambiguous"),
+        ([JITTER | OFFSET, OFFSET], [0.8, 0.2], "adequate"),
+        ([JITTER, NONE], [0.96, 0.04], "explained"),
     ],
 )
 def test_verdict_follows_the_rule(sets: list[frozenset[str]], probabilities: list[float], word: str) -> None:

@@ -50,6 +50,15 @@ CATALOGUE = {
     "stiffness_drift": ("force", {"relative_change": ("1", "1")}),
     "sensor_offset": ("sensor", {"offset": ("V", "V")}),
     "sensor_drift": ("sensor", {"offset": ("V", "V"), "rate": ("V/s", "V/s")}),
+    "curved_sensor_drift": (
+        "sensor",
+        {
+            "offset": ("V", "V"),
+            "rate": ("V/s", "V/s"),
+            "curvature": ("V/s2", "V/s2"),
+            "cubic": ("V/s3", "V/s3"),
+        },
+    ),
     "presliding": ("force", {"displacement": ("m", "rad")}),
     "position_friction": ("force", {"slope": ("1/m", "1/rad"), "curvature": ("1/m2", "1/rad2")}),
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
@@ -172,6 +181,8 @@ def test_sensor_effects_do_what_they_say():
 
     np.testing.assert_array_equal(shown("sensor_offset", 0.5), signal + 0.5)
     np.testing.assert_array_equal(shown("sensor_drift", 0.5, 2.0), signal + 0.5 + 2.0 * time)
+    curve = 0.5 + 2.0 * time - 3.0 * time**2 + 4.0 * time**3
+    np.testing.assert_allclose(shown("curved_sensor_drift", 0.5, 2.0, -3.0, 4.0), signal + curve, atol=1e-15)
     np.testing.assert_array_equal(shown("sensor_clipping", 1.5), [0.0, 1.0, -1.5, 1.5, 0.5])
     tone = shown("periodic_interference", 0.1, 0.25, math.pi / 2) - signal
     np.testing.assert_allclose(tone, 0.1 * np.cos(math.pi / 2 * time), atol=1e-12)

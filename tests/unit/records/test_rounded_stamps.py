@@ -1,0 +1,64 @@
+"""Time stamps with few decimals of an even clock."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import friction_bayes as fb
+from friction_bayes.core.arrays import Array
+from friction_bayes.records.rounded_stamps import with_even_stamps
+
+SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
+
+
+def stamped(time: Array) -> Array:
+    """The stamps that are used of a record with these."""
+    record = fb.make_record(time, np.cos(time), "displacement", synthetic=True)
+    return np.asarray(with_even_stamps(record)["time"].values)
+
+
+@given(
+    rate=st.floats(20.0, 95.0),
+    start=st.floats(0.0, 100.0),
+    samples=st.integers(50, 800),
+    decimals=st.integers(2, 4),
+)
+def test_they_are_the_even_times_that_were_rounded(
+    rate: float, start: float, samples: int, decimals: int
+) -> None:
+    exact = start + np.arange(samples) / rate
+    found = stamped(exact.round(decimals))
+    apart = np.diff(found)
+    # printed finely enough the stamps are as even as they need be
+    assert np.ptp(apart) <= max(1e-9, 2.0 * 10.0**-decimals if 10.0**-decimals * rate < 0.1 else 1e-9)
+    assert np.max(np.abs(found - exact)) <= 10.0**-decimals
+    assert abs(apart.mean() * rate - 1.0) <= 2.0 * 10.0**-decimals * rate / samples
+
+
+def test_stamps_that_jitter_stay_as_they_are(rng: np.random.Generator) -> None:
+    time = (np.arange(300) / 50.0 + rng.normal(0.0, 0.004, 300)).round(3)
+    np.testing.assert_array_equal(stamped(time), time)
+
+
+def test_a_missing_row_is_no_rounding() -> None:
+    time = np.delete(np.arange(300) / 60.0, 140).round(2)
+    np.testing.assert_array_equal(stamped(time), time)
+
+
+def test_a_spreadsheet_with_two_decimals_says_as_much_as_exact_stamps(seed: int) -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.1,
+        initial_displacement=0.02,
+        duration=8.0,
+        sampling_rate=60.0,
+        noise_sd=2e-5,
+        seed=seed,
+    )
+    rounded = record.assign_coords(time=record["time"].values.round(2))
+    exact, printed = (fb.estimate(each, SYSTEM).friction for each in (record, rounded))
+    assert printed.mean() == pytest.approx(exact.mean(), abs=0.2 * exact.std())
+    assert printed.std() == pytest.approx(exact.std(), rel=0.1)
