@@ -96,12 +96,12 @@ def test_a_drift_larger_than_the_swing_of_an_accelerometer_is_traced(seed: int) 
     assert report.friction_after["mean"] == pytest.approx(0.1, abs=4.0 * report.friction_after["sd"])
 
 
-@pytest.mark.parametrize("settles_in", [3.0, 6.0])
+@pytest.mark.parametrize("settles_in", [4.0, 8.0])
 def test_a_zero_that_settles_leaves_a_plain_record(settles_in: float, seed: int) -> None:
     """Along a line it is not, and a random force that takes the rest makes the interval ten times as wide."""
     clean = fb.simulate(
         SYSTEM,
-        friction=0.1,
+        friction=0.02,
         initial_displacement=0.01,
         duration=8.0,
         sampling_rate=100.0,
@@ -116,4 +116,4 @@ def test_a_zero_that_settles_leaves_a_plain_record(settles_in: float, seed: int)
     assert warm.candidates[0]["effects"] == ["curved_sensor_drift"]
     low, high = warm.friction_after["interval90"]
     assert high - low < 2.0 * float(np.ptp(plain.friction_after["interval90"]))
-    assert warm.friction_after["mean"] == pytest.approx(0.1, abs=4.0 * warm.friction_after["sd"])
+    assert warm.friction_after["mean"] == pytest.approx(0.02, abs=4.0 * warm.friction_after["sd"])
