@@ -75,8 +75,8 @@ class LoopSettings:
     most_at_once: int = _setting(
         3,
         "number",
-        "effects of a set but for the sensor's zero and certain ones; knocks in a record; rivals that a "
-        "further record has to decide between",
+        "effects of a set but for lines, a zero that moves along no curve, and certain ones; knocks in a "
+        "record; rivals that a further record has to decide between",
         "more are no accident; cost",
     )
     least_information: float = _setting(

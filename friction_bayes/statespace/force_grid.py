@@ -220,8 +220,8 @@ def integrate_force(
         return Posterior(problem, points)
     density = _Density(problem, prior)
     if only_mode and near is not None:
-        density(density.place(near))
-        top = _climb(density, math.log(prior.tau_low), math.log(prior.tau_high))
+        start = density.place(near)
+        top = _climb(density, start, math.log(prior.tau_low), math.log(prior.tau_high))
         return Posterior(problem, [*points, density.point(top, 0.0)])
     modes = _modes(density, near)
     if only_mode:
@@ -285,11 +285,12 @@ def _modes(density: _Density, near: GridPoint | None) -> list[_Mode]:
     prior = density.prior
     bounds = [math.log(prior.tau_low), *crest[valleys(crest[:, 2]), 1], math.log(prior.tau_high)]
     stretches = list(pairwise(bounds))
-    tops = [crest[(crest[:, 1] >= low) & (crest[:, 1] <= high), 2].max() for low, high in stretches]
+    within = [crest[(crest[:, 1] >= low) & (crest[:, 1] <= high)] for low, high in stretches]
+    tops = [rows[rows[:, 2].argmax()] for rows in within]
     found = [
-        _Mode(_climb(density, low, high), low, high)
+        _Mode(_climb(density, top[:2], low, high), low, high)
         for top, (low, high) in zip(tops, stretches, strict=True)
-        if top > max(tops) - 2.0 * _DEPTH
+        if top[2] > crest[:, 2].max() - 2.0 * _DEPTH
     ]
     found.sort(key=lambda mode: -density(mode.place))
     best = density(found[0].place)
@@ -312,18 +313,17 @@ def _crest(density: _Density, near: GridPoint | None) -> Array:
     if near is not None and density(density.place(near)) > density(start):
         start = density.place(near)
         first = int(np.argmin(np.abs(middles - start[1])))
-    size = start[0]
+    size, few = start[0], density.of_likely_sets(start)
     for step in _SIZE_STEPS:
-        size = _best_size(density, size, middles[first], step)
-    rows = {first: (size, middles[first])}
+        size = _best_size(few, size, middles[first], step)
+    rows = {first: (size, middles[first], few(np.array([size, middles[first]])))}
     for strips in (range(first + 1, _STRIPS), range(first - 1, -1, -1)):
         size = rows[first][0]
         for k in strips:
             few = density.of_likely_sets(np.array([size, middles[k]]))
             size = _best_size(few, size, middles[k], _SIZE_STEPS[-1])
-            rows[k] = (size, middles[k])
-    places = np.array([rows[k] for k in range(_STRIPS)])
-    return np.column_stack([places, [density(place) for place in places]])
+            rows[k] = (size, middles[k], few(np.array([size, middles[k]])))
+    return np.array([rows[k] for k in range(_STRIPS)])
 
 
 def _best_size(density: _Density, size: float, log_tau: float, step: float) -> float:
@@ -352,32 +352,30 @@ def humps(heights: Array) -> Indices:
     return np.flatnonzero((heights > padded[:-2]) & (heights >= padded[2:]))
 
 
-def _climb(density: _Density, low: float, high: float) -> Array:
-    """The best place with ``log tau`` between these bounds, by Newton's steps from the best one known.
+def _climb(density: _Density, start: Array, low: float, high: float) -> Array:
+    """The best place with ``log tau`` between these bounds, by Newton's steps from one.
 
     A step leads to the top of the quadratic through a stencil, or else to the best place of this.
     """
-
-    def best(among: _Density) -> Array:
-        inside = (key for key in among.known if low <= key[1] <= high)
-        return np.array(max(inside, key=lambda key: among.known[key]))
-
-    start = best(density)
     few = density.of_likely_sets(start)
+
+    def best() -> Array:
+        inside = (key for key in few.known if low <= key[1] <= high)
+        return np.array(max(inside, key=lambda key: few.known[key]))
+
     few(start)
     size_step, tau_step = _MODE_STEPS
     first, last = low + _ROUNDING, high - _ROUNDING
     for _ in range(_MOST_STEPS):
-        before = best(few)
+        before = best()
         reach = min(tau_step, 0.5 * (last - first))
         centre = np.array([before[0], min(max(before[1], first + reach), last - reach)])
         values = np.array([few(centre + step * np.array([size_step, reach])) for step in _STENCIL])
         size, tau = _top(values, (first - centre[1]) / reach, (last - centre[1]) / reach)
         few(centre + np.array([size * size_step, tau * reach]))
-        if few(best(few)) < few(before) + _SAME:
+        if few(best()) < few(before) + _SAME:
             break
-    density(best(few))
-    return best(density)
+    return best()
 
 
 def _top(values: Array, low: float, high: float) -> tuple[float, float]:
@@ -437,6 +435,7 @@ def _axes(density: _Density, mode: Array) -> Array:
 
     Two passes: the second stencil has the size that the first one found. Lengths stay within reason.
     """
+    few = density.of_likely_sets(mode)
     steps = np.array([-1.0, 0.0, 1.0])
     stencil = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     a, b = stencil.T
@@ -450,8 +449,8 @@ def _axes(density: _Density, mode: Array) -> Array:
         at_edge = centre[1] != mode[1]
         if at_edge:
             # of the prior: the stencil moves inside, along the best sizes
-            centre[0] = _best_size(density, mode[0], centre[1], _SIZE_STEPS[-1])
-        values = np.array([density(centre + offset) for offset in offsets])
+            centre[0] = _best_size(few, mode[0], centre[1], _SIZE_STEPS[-1])
+        values = np.array([few(centre + offset) for offset in offsets])
         fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
         inverse = np.linalg.inv(axes)
         bend = np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]])

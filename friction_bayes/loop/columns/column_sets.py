@@ -17,6 +17,7 @@ from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawColumns
 from friction_bayes.loop.settings import LoopSettings
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.inclusion import log_probability
 
 __all__ = ["ColumnSets", "column_sets"]
@@ -159,14 +160,14 @@ def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[floa
 
 
 def _named_sets(effects: tuple[str, ...], most: int) -> Iterator[tuple[str, ...]]:
-    """Those of at most so many effects, lines of a spectrum and the sensor's zero not counted."""
+    """Those of at most so many effects; not counted are lines, and the sensor's zero but for its curve."""
     of_lines = tuple(name for name in effects if name in OF_LINES)
     others = [name for name in effects if name not in SENSOR_ZERO and name not in OF_LINES]
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
     spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
     excluded = [{name, other} for name in effects for other in EFFECTS[name].excludes if other in effects]
     for lines, zero in product(spectra, zeros):
-        for size in range(min(most, len(others)) + 1):
+        for size in range(min(most - (CURVED_SENSOR_DRIFT.name in zero), len(others)) + 1):
             for names in combinations(others, size):
                 together = (*names, *lines, *zero)
                 if not any(pair.issubset(together) for pair in excluded):
