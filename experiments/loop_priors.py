@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from experiments.blind.disturbed_motion import DisturbedMotion
 from experiments.blind.draws import log_uniform
 from experiments.blind.hidden import Seen, nats_against, seen
 from experiments.blind.prior_drawn import (
@@ -223,7 +224,7 @@ def draw_effects(names: Collection[str], rng: np.random.Generator) -> tuple[str,
         act = rng.beta(1.0, len(NAMES) / EXPECTED)
         of_force = 1.0 - ForcePrior.none
         chosen = tuple(name for name in names if rng.random() < (of_force if name == RANDOM_FORCE else act))
-        counted = set(chosen) - SENSOR_ZERO - set(OF_LINES) - _OF_NOISE
+        counted = set(chosen) - (SENSOR_ZERO - {"curved_sensor_drift"}) - set(OF_LINES) - _OF_NOISE
         excluded = any(other in chosen for name in chosen for other in EFFECTS[name].excludes)
         if len(counted) <= SETTINGS.most_at_once and len(_BENDS_FRICTION & counted) < 2 and not excluded:
             return chosen
@@ -286,6 +287,12 @@ def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...
     return AddedLaw(friction=friction, duration=setting.duration, **given)
 
 
+def _mean_level(law: AddedLaw, motion: DisturbedMotion) -> float:
+    """Friction averaged over the time in which the mass moves, over that averaged over the record."""
+    until = 1.0 if motion.rest_time is None else min(motion.rest_time / law.duration, 1.0)
+    return 1.0 + law.relative_change * float(np.mean([law.drifted(u) for u in np.linspace(0.0, until, 201)]))
+
+
 def _pushes_at_some_time(law: AddedLaw) -> bool:
     """Whether friction falls below zero as the record goes on, which no contact does, and no stop ends."""
     return min(1.0 + law.relative_change * law.drifted(u) for u in (0.0, 1.0)) < 0.0
@@ -309,6 +316,9 @@ def _sensor(setting: Setting, drawn: Mapping[str, tuple[float, ...]]) -> Sensor:
                 faults |= {"offset": p[0] / s}
             case "sensor_drift":
                 faults |= {"offset": p[0] / s, "drift": p[1] * setting.duration / s}
+            case "curved_sensor_drift":
+                terms = zip(("offset", "drift", "drift_square", "drift_cube"), p, strict=True)
+                faults |= {key: each * setting.duration**k / s for k, (key, each) in enumerate(terms)}
             case "sensor_hysteresis" if p[1]:
                 faults |= {"backlash": 0.5 * p[1] / s}
             case "sensor_hysteresis":
@@ -447,7 +457,7 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
         setting=setting,
         effects=chosen,
         offered=(*names, RANDOM_FORCE),
-        friction=friction * force_unit,
+        friction=friction * _mean_level(law, motion) * force_unit,
         loss=friction_of_loss(turning_points(motion)) * force_unit,
         parameters=drawn,
         slight=slight,

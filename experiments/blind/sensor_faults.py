@@ -67,7 +67,9 @@ def with_sensor(
         error = drawn["once_a_turn"] * np.sin(turned + drawn["once_phase"])
         error += drawn["twice_a_turn"] * np.sin(2.0 * turned + drawn["twice_phase"])
         out = out + rms * error
-    out = out + rms * drawn.get("offset", 0.0) + rms * drawn.get("drift", 0.0) * times / times[-1]
+    passed, drifts = times / times[-1], ("drift", "drift_square", "drift_cube")
+    moved = sum(drawn.get(name, 0.0) * passed**power for power, name in enumerate(drifts, start=1))
+    out = out + rms * (drawn.get("offset", 0.0) + moved)
     if "interference_amplitude" in drawn:
         angle = drawn["interference_frequency"] * times + drawn["interference_phase"]
         out += rms * drawn["interference_amplitude"] * np.sin(angle)

@@ -23,6 +23,7 @@ from experiments.blind.prior_drawn import (
     release,
     shows_a_decay,
 )
+from experiments.blind.sensor_faults import with_sensor
 from experiments.loop_calibration import place_of_truth, rank_test, reliability, rows
 from experiments.loop_priors import NAMES, RANDOM_FORCE, SLIGHT, Setting, draw, draw_effects, offered
 from friction_bayes.loop.infer.law_along_motion import force_prior
@@ -248,3 +249,22 @@ def test_slight_effects_act_as_often_as_the_loop_states(rng: np.random.Generator
     others = drawn(acting, n)
     assert not any({"friction_drift", RANDOM_FORCE} & set(each) for each in others)
     assert sum(bool(each) for each in others) < (inclusion() + 3.5 * math.sqrt(inclusion() / n)) * n
+
+
+def test_friction_that_drifts_is_averaged_over_the_motion_alone(rng: np.random.Generator) -> None:
+    law = AddedLaw(friction=0.05, duration=60.0, relative_change=0.4)
+    motion = move(law, release(0.0), None, rng)
+    assert motion.rest_time is not None
+    expected = 1.0 + 0.4 * (0.5 * motion.rest_time / 60.0 - 0.5)
+    assert loop_priors._mean_level(law, motion) == pytest.approx(expected, abs=1e-12)
+    lasting = replace(law, friction=0.005)
+    assert loop_priors._mean_level(lasting, move(lasting, release(0.0), None, rng)) == pytest.approx(1.0)
+
+
+def test_a_zero_that_moves_along_a_curve_is_that_of_the_catalogue(rng: np.random.Generator) -> None:
+    effect, drawn = EFFECTS["curved_sensor_drift"], (1e-3, 2e-4, -3e-5, 4e-6)
+    sensor = loop_priors._sensor(SETTING, {"curved_sensor_drift": drawn})
+    time = np.linspace(0.0, SETTING.duration, 50)
+    shown = with_sensor(np.zeros(50), time, 1.0, 1.0, sensor.faults)
+    zero = effect.distort(np.zeros(50), time, *drawn) / SETTING.swing
+    np.testing.assert_allclose(shown, zero, rtol=0, atol=1e-9 * np.max(np.abs(zero)))
