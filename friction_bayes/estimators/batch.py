@@ -596,8 +596,8 @@ def _answered(
         answer = not_negative(answer_parts(fitted, None, uneven))
         write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
-        decay, fit = free_part(decays.without_dropouts(row), fit_of)
-        fit = averaged_over_accounts(decay, fit)
+        decay, fit, accounts = free_part(decays.without_dropouts(row), fit_of)
+        fit = averaged_over_accounts(decay, fit, accounts.all)
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             used[row] = False

@@ -162,8 +162,8 @@ def estimate(
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:
-            decay, fit = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
-            fit = averaged_over_accounts(decay, fit)
+            part = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
+            decay, fit = part.decay, averaged_over_accounts(part.decay, part.fit, part.accounts.all)
             _refuse_negative(decay, fit)
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)

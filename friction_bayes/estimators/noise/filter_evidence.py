@@ -468,7 +468,7 @@ def _residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> tuple
     And Cholesky's factor of the products of rows. The second fit takes what rounding left.
     """
     products = rows @ rows.T
-    products[np.diag_indices(len(rows))] += RIDGE * np.diag(products) + noise_over_size**2
+    np.einsum("ii->i", products)[:] += RIDGE * np.diag(products) + noise_over_size**2
     factor, _ = dpotrf(products, lower=True)
     for _ in range(2):
         coefficients, _ = dpotrs(factor, rows @ signal, lower=True)

@@ -58,9 +58,9 @@ __all__ = [
     "SLIGHT",
     "UNLISTED",
     "NoiseAccount",
+    "NoiseAccounts",
     "RecordEvidence",
     "needs_no_force",
-    "noise_accounts",
     "record_evidence",
 ]
 
@@ -384,22 +384,63 @@ def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
     )
 
 
-def noise_accounts(decay: PlainDecay, *, filtered: bool = True) -> tuple[NoiseAccount, ...]:
-    """All accounts of a decay with their probabilities, the one of white noise alone first.
-
-    None where it is too short, or has no appreciable noise.
+class NoiseAccounts:
+    """All accounts of a decay, evaluated when they are first asked for: filters take most of the time.
 
     Parameters
     ----------
     decay : PlainDecay
-    filtered : bool
-        Whether those behind filters, whose search takes most of the time, are among them.
     """
-    if not decay.usable:
-        return ()
-    prepared = PreparedDecay(decay)
-    if prepared.signal.size < LEAST_SAMPLES:
-        return ()
+
+    def __init__(self, decay: PlainDecay) -> None:
+        self._decay = decay
+
+    @cached_property
+    def behind_none(self) -> tuple[NoiseAccount, ...]:
+        """Those behind no filter, with their probabilities if there is none; that of white noise alone first.
+
+        None where the decay is too short, or has no appreciable noise.
+        """
+        if not self._decay.usable or self._prepared.signal.size < LEAST_SAMPLES:
+            return ()
+        return self._named(self._found)
+
+    @cached_property
+    def all(self) -> tuple[NoiseAccount, ...]:
+        """The same and those behind filters, with their probabilities."""
+        if not self.behind_none or self._white_noise_explains:
+            return self.behind_none
+        behind = _behind(self._prepared, *self._evaluated)
+        if not behind:
+            return self.behind_none
+        rest = 1.0 - sum(each.value for each in behind)
+        return self._named([*(each._replace(value=each.value * rest) for each in self._found), *behind])
+
+    @cached_property
+    def _prepared(self) -> PreparedDecay:
+        return PreparedDecay(self._decay)
+
+    @cached_property
+    def _evaluated(self) -> tuple[Laid, list[tuple[_Evaluated, float]]]:
+        return _behind_no_filter(self._prepared)
+
+    @property
+    def _found(self) -> list[_Found]:
+        return [_Found(part, share) for part, share in self._evaluated[1]]
+
+    @property
+    def _white_noise_explains(self) -> bool:
+        return _white_noise_explains(self._evaluated[1])
+
+    def _named(self, found: Sequence[_Found]) -> tuple[NoiseAccount, ...]:
+        """Accounts of what was found, and one of other forces with a random one where either is needed."""
+        if not self._white_noise_explains:
+            found = _with_both(self._prepared, found)
+        return tuple(NoiseAccount(each.part, self._prepared, each.value, each.gain) for each in found)
+
+
+def _behind_no_filter(prepared: PreparedDecay) -> tuple[Laid, list[tuple[_Evaluated, float]]]:
+    """The law along the fit, and the accounts behind no filter with their probabilities."""
     fit = prepared.along_fit()
     shapes = _under_white_noise(prepared, fit)
     if _of_force(shapes) > _SHIFTS_PATH:
@@ -418,14 +459,7 @@ def noise_accounts(decay: PlainDecay, *, filtered: bool = True) -> tuple[NoiseAc
         else shape
         for shape in shapes
     ]
-    evaluated = _evaluate(prepared, shapes)
-    found = [_Found(part, share) for part, share in evaluated]
-    if not _white_noise_explains(evaluated):
-        behind = _behind(prepared, fit, evaluated) if filtered else []
-        rest = 1.0 - sum(each.value for each in behind)
-        found = [*(each._replace(value=each.value * rest) for each in found), *behind]
-        found = _with_both(prepared, found)
-    return tuple(NoiseAccount(each.part, prepared, each.value, each.gain) for each in found)
+    return fit, _evaluate(prepared, shapes)
 
 
 def needs_no_force(decay: PlainDecay) -> bool:

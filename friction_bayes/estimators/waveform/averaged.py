@@ -24,13 +24,8 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import (
     loss_of_amplitude,
     uneven_loss,
 )
-from friction_bayes.estimators.noise.noise_accounts import (
-    SLIGHT,
-    NoiseAccount,
-    noise_accounts,
-)
+from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount
 from friction_bayes.estimators.posterior_part import PosteriorPart
-from friction_bayes.estimators.waveform.sensor_faults import plain_decay
 from friction_bayes.estimators.witness import Witness
 
 __all__ = ["averaged_over_accounts"]
@@ -141,7 +136,7 @@ def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
     return Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)
 
 
-def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
+def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAccount, ...]) -> Fit:
     """A fit of the whole signal averaged over the accounts of its residual, with the witness.
 
     Parameters
@@ -150,8 +145,10 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         The record.
     fit : Fit
         Under white noise, method ``waveform``.
+    accounts : tuple of NoiseAccount
+        Of this fit.
     """
-    accounts, uneven = noise_accounts(plain_decay(decay, fit)), uneven_loss(decay)
+    uneven = uneven_loss(decay)
     if uneven is not None:
         uneven = uneven._replace(coefficient=_before_filter(uneven.coefficient, accounts))
     if _noise_is_known(accounts):

@@ -5,27 +5,50 @@ Something may have held the mass at the start of a record, as a hand does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.noise.held_start import log_odds_of_hold
-from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, noise_accounts
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts
 from friction_bayes.estimators.waveform.early_rest import until_rest
 from friction_bayes.estimators.waveform.sensor_faults import plain_decay, without_sensor_faults
 
-__all__ = ["free_part"]
+__all__ = ["FreePart", "free_part"]
 
 _MOST_LATER = 3
 """Times that the start may be moved."""
 
 
+class FreePart(NamedTuple):
+    """What of a decay is fitted, its fit under white noise, and the accounts of its residual."""
+
+    decay: FreeDecay
+    fit: Fit
+    accounts: NoiseAccounts
+
+    @classmethod
+    def of(cls, decay: FreeDecay, fit: Fit) -> FreePart:
+        return cls(decay, fit, NoiseAccounts(plain_decay(decay, fit)))
+
+    @property
+    def white(self) -> bool:
+        """Whether dry friction in white noise rather explains it."""
+        return self.accounts.behind_none[0].probability > 0.5
+
+    @property
+    def behind_filter(self) -> bool:
+        """Whether a filter rather explains it, its start too."""
+        return replace(self.fit, accounts=self.accounts.all).filter is not None
+
+
 def free_part(
     decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False, suspect: int = 1
-) -> tuple[FreeDecay, Fit]:
-    """The part of a decay that is fitted, and its fit under white noise.
+) -> FreePart:
+    """The part of a decay that is fitted.
 
     Parameters
     ----------
@@ -41,45 +64,31 @@ def free_part(
     shorter = until_rest(decay, fit)
     if shorter is not decay:
         decay, fit = shorter, fit_of(shorter)
-    decay, fit = without_sensor_faults(decay, fit, fit_of)
+    found = FreePart.of(*without_sensor_faults(decay, fit, fit_of))
     for half_cycles in [] if from_here else [suspect] + [1] * (_MOST_LATER - 1):
-        later = _later(decay, fit, fit_of, half_cycles)
+        later = _later(found, fit_of, half_cycles)
         if later is None:
             break
-        decay, fit = later
-    return decay, fit
+        found = later
+    return found
 
 
-def _later(
-    decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit], half_cycles: int
-) -> tuple[FreeDecay, Fit] | None:
-    """The decay some half cycles later, and its fit, if something rather held the mass in them."""
-    whole = noise_accounts(plain_decay(decay, fit), filtered=False)
-    if not whole or _white(whole):
+def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int) -> FreePart | None:
+    """What is left some half cycles later, if something rather held the mass in them."""
+    if not whole.accounts.behind_none or whole.white:
         return None
-    later = decay
+    decay = whole.decay
     for _ in range(half_cycles):
-        later = later.half_a_cycle_later()
+        decay = decay.half_a_cycle_later()
     try:
-        later_fit = fit_of(later)
-        rest = noise_accounts(plain_decay(later, later_fit), filtered=False)
+        rest = FreePart.of(decay, fit_of(decay))
     except InputError:
         # what is left once the start is gone is no decay: the start is what was measured
         return None
-    until = later.start_time - decay.start_time
-    if not rest or log_odds_of_hold(whole, rest, until, half_cycles) < 0.0:
+    until, after = decay.start_time - whole.decay.start_time, rest.accounts.behind_none
+    if not after or log_odds_of_hold(whole.accounts.behind_none, after, until, half_cycles) < 0.0:
         return None
     # a filter shapes the rest too, and the start may be what it makes of it
-    if not _white(rest) and (_behind_filter(decay, fit) or _behind_filter(later, later_fit)):
+    if not rest.white and (whole.behind_filter or rest.behind_filter):
         return None
-    return later, later_fit
-
-
-def _white(accounts: Sequence[NoiseAccount]) -> bool:
-    """Whether dry friction in white noise rather explains a decay."""
-    return accounts[0].probability > 0.5
-
-
-def _behind_filter(decay: FreeDecay, fit: Fit) -> bool:
-    """Whether a filter rather explains a decay, its start too."""
-    return replace(fit, accounts=noise_accounts(plain_decay(decay, fit))).filter is not None
+    return rest

@@ -23,9 +23,9 @@ def free_from(segment: Segment) -> float | None:
     ignored = np.zeros(decay.values.size, np.bool_)
     ignored[: segment.moving] = segment.ignored[: segment.moving]
     try:
-        later, _ = free_part(
+        later = free_part(
             decay.without_stray(ignored), white_noise_fit(decay), suspect=max(segment.disturbed, 1)
-        )
+        ).decay
     except InputError:
         return None
     return later.start_time if later.later else None

@@ -37,8 +37,8 @@ def test_a_later_part_that_cannot_be_fitted_leaves_the_whole(seed: int) -> None:
         return estimator.fit(decay, estimator.default_prior(decay), peaks="highest")
 
     decay = find_free_decay(record, SYSTEM)
-    used, fit = free_part(decay, fit_of)
-    fit = averaged_over_accounts(used, fit)
+    used, fit, accounts = free_part(decay, fit_of)
+    fit = averaged_over_accounts(used, fit, accounts.all)
     assert set(fitted) == {0, 1}
     assert used is decay
     assert fit.random_force is not None

@@ -13,7 +13,7 @@ import friction_bayes as fb
 from friction_bayes.estimators.noise import noise_accounts as accounts_module
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay, PreparedDecay
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
-from friction_bayes.estimators.noise.noise_accounts import noise_accounts
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.recording_filters import kinds_for
 from friction_bayes.statespace.force_grid import Posterior
@@ -89,7 +89,7 @@ def by_quadrature(problem: Problem) -> tuple[float, float, float]:
 @pytest.mark.parametrize("step", [0.0, 0.05])
 def test_friction_and_noise_are_those_of_a_fine_grid(step: float, rng: np.random.Generator) -> None:
     decay = plain_decay(step, rng)
-    white = noise_accounts(decay)[0]
+    white = NoiseAccounts(decay).all[0]
     assert white.of_known_noise
     mean, sd, noise = by_quadrature(Problem.of(PreparedDecay(decay).along_fit().regression))
     # the account has the coefficient at the frequency found
