@@ -216,14 +216,14 @@ def test_a_fault_that_jumps_within_a_block_shows_with_its_share_there() -> None:
 
 
 def test_a_lag_of_the_sensor_is_followed_until_the_turning_points_stay(seed: int) -> None:
-    """The first motion has the lag in it, which moves its turning points by many samples.
+    """The first motion has the lag in it, which moves its turning points by six samples.
 
     It is missed in one record of forty, where the first round takes a drifting stiffness for it.
     """
     half_width = 1e-4
     settings: dict[str, Any] = {
-        "sampling_rate": 2000.0,
-        "noise_sd": 5e-5,
+        "sampling_rate": 600.0,
+        "noise_sd": 2.7e-5,
         "effects": {"sensor_hysteresis.half_width": half_width},
     }
 
