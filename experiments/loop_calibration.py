@@ -155,7 +155,7 @@ def rank_test(dataset: xr.Dataset) -> Calibration:
     return uniformity(judged(dataset)["place"].values, false_alarm_rate=FALSE_ALARM_RATE)
 
 
-def reliability(dataset: xr.Dataset, names: Sequence[str] = NAMES) -> xr.Dataset:
+def reliability(dataset: xr.Dataset, names: Sequence[str] | None = None) -> xr.Dataset:
     """Stated probabilities of effects against the share that acted, dimension ``bin``.
 
     Returns
@@ -164,7 +164,9 @@ def reliability(dataset: xr.Dataset, names: Sequence[str] = NAMES) -> xr.Dataset
         ``n`` statements, their mean ``stated``, the share that was ``true``, and ``z``, the deviation over
         what chance makes of them.
     """
-    records = judged(dataset).sel(effect=list(names))
+    records = judged(dataset)
+    if names is not None:
+        records = records.sel(effect=list(names))
     kept = records["offered"].values > 0.0
     p, acts = (records[name].values[kept] for name in ("probabilities", "acts"))
     which = np.clip(np.digitize(p, _EDGES) - 1, 0, len(_EDGES) - 2)
@@ -287,10 +289,11 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     table += _rank_rows(dataset)
     gross = _gross(records)
     table.append(Row("truth more than a whole width off", _share(gross), "", f"{int(gross.sum())} records"))
-    effects = [name for name in NAMES if name != RANDOM_FORCE]
+    names = dataset["effect"].values.tolist()
+    effects = [name for name in names if name != RANDOM_FORCE]
     table += _reliability_rows(dataset, "effect", effects)
     table += _reliability_rows(dataset, "random force", [RANDOM_FORCE])
-    for name in NAMES:
+    for name in names:
         kept = records["offered"].sel(effect=name).values > 0.0
         p, acts = (records[each].sel(effect=name).values[kept] for each in ("probabilities", "acts"))
         n, _, _, z = _against(p, acts)

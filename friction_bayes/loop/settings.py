@@ -29,6 +29,12 @@ class LoopSettings:
         "that a test of the residual, of witnesses, of several records or for a knock fails by chance",
         "convention",
     )
+    noise_alarm_rate: float = _setting(
+        1e-4,
+        "probability",
+        "that white noise passes for coloured, or outliers for uneven, by chance",
+        "a hundredth of the rate of the tests: each changes the noise model of the whole record",
+    )
     far: float = _setting(
         4.0,
         "sd",

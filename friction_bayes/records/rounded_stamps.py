@@ -13,6 +13,8 @@ from friction_bayes.records.quantisation import ROUNDING
 __all__ = ["with_even_stamps"]
 
 _MOST_DECIMALS = 9
+_TIES = 1e-3
+"""Share of the last digit, to which the step is found."""
 
 
 def with_even_stamps(record: xr.DataArray) -> xr.DataArray:
@@ -46,7 +48,8 @@ def _rounded_from(time: Array) -> Array | None:
     step = float(
         minimize_scalar(off, bounds=(least, most), method="bounded", options={"xatol": 1e-12 * most}).x
     )
-    if off(step) > unit * (1.0 + ROUNDING * span / unit):
+    # halves go either way
+    if off(step) > unit * (1.0 + _TIES):
         return None
     left = time - step * index
     return 0.5 * float(left.min() + left.max()) + step * index

@@ -346,4 +346,4 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
     variance = _HANN_SPREAD / (size * math.log(2.0) ** 2)
     statistic = float(np.sum((level - level.mean()) ** 2)) / variance
     p_value = float(stats.chi2.sf(statistic, settings.SETTINGS.bins - 1))
-    return p_value < settings.SETTINGS.false_alarm_rate
+    return p_value < settings.SETTINGS.noise_alarm_rate

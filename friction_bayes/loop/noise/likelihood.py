@@ -223,4 +223,4 @@ def _evenly(outliers: Mask) -> bool:
         return True
     expected = total / _PARTS
     statistic = float(np.sum((counts - expected) ** 2) / (expected * (1.0 - total / (outliers.size + 1))))
-    return bool(chi2.sf(statistic, _PARTS - 1) > settings.SETTINGS.false_alarm_rate)
+    return bool(chi2.sf(statistic, _PARTS - 1) > settings.SETTINGS.noise_alarm_rate)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import friction_bayes as fb
@@ -20,6 +20,7 @@ def stamped(time: Array) -> Array:
     return np.asarray(with_even_stamps(record)["time"].values)
 
 
+@example(rate=20.0, start=0.375, samples=50, decimals=2)
 @given(
     rate=st.floats(20.0, 95.0),
     start=st.floats(0.0, 100.0),
