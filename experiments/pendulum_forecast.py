@@ -35,7 +35,14 @@ PUBLISHED_COEFFICIENT = 2.23940125e-4
 """N m s, as published."""
 TARGETS = {"validation-1": 0.25, "validation-2": 0.25}
 # They belong to a record and not to the pendulum: nothing to carry into the next segment.
-BOUND_TO_A_RECORD = ("friction_drift", "sensor_drift", "periodic_interference", "outliers")
+BOUND_TO_A_RECORD = (
+    "friction_drift",
+    "curved_friction_drift",
+    "sensor_drift",
+    "curved_sensor_drift",
+    "periodic_interference",
+    "outliers",
+)
 
 
 @dataclass(frozen=True)

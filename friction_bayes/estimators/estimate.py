@@ -38,6 +38,7 @@ from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
+from friction_bayes.records.rounded_stamps import with_even_stamps
 
 __all__ = [
     "RANDOM_FORCE_CHOICES",
@@ -151,7 +152,7 @@ def estimate(
     # not a decorator: its frame would take the place of the caller's line in warnings
     with single_threaded_blas():
         validate_record(record)
-        record, dropouts = set_dropouts_aside(record, system)
+        record, dropouts = set_dropouts_aside(with_even_stamps(record), system)
         record, _ = readings_alone(record, system.natural_frequency)
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)

@@ -15,15 +15,12 @@ from friction_bayes.records.counted_events import held_counts
 from friction_bayes.records.held_readings import held_readings
 from friction_bayes.records.joined_readings import joined_readings
 from friction_bayes.records.record import record_name
-from friction_bayes.records.rounded_stamps import with_even_stamps
 
 __all__ = ["readings_alone"]
 
 
 def readings_alone(record: xr.DataArray, natural_frequency: float) -> tuple[xr.DataArray, Mask]:
     """Return a record without what lies between its readings, and which samples it keeps, saying so.
-
-    Stamps that an export has rounded are the even times they were before.
 
     Parameters
     ----------
@@ -43,7 +40,6 @@ def readings_alone(record: xr.DataArray, natural_frequency: float) -> tuple[xr.D
         Where rows are the events of a count (:func:`held_counts`), and where readings are held
         (:func:`held_readings`) or joined by straight lines (:func:`joined_readings`).
     """
-    record = with_even_stamps(record)
     counts = held_counts(record, natural_frequency)
     if counts is not None:
         warnings.warn(

@@ -690,8 +690,8 @@ def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) ->
 def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
     """The account of a law along the motion under that law, until this stays, on the same samples.
 
-    Forces that are taken as given along one motion overshoot in the next: each is halfway. Of motions that
-    do not settle the most probable counts; where they do, that of none before is of the law it is along.
+    Forces that are taken as given along one motion overshoot in the next: each is halfway. Where the motions
+    settle the last one counts, though one before it may be more probable: that is not the motion of its law.
     """
     best = latest = shape.still
     shapes, variance = SHAPES, best.laid.regression.clock.variance

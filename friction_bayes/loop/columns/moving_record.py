@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -149,8 +149,11 @@ class MovingRecord:
     def of_one_column(self, law: Sequence[LawColumn]) -> MovingRecord:
         """The same without effects that have several columns in a law, or none."""
         columns = Counter(column.effect for column in law)
-        left_out = {name for name in self.effects if columns[name] != 1}
-        return replace(self, allowed=tuple(name for name in self.allowed if name not in left_out))
+        return self.without_effects({name for name in self.effects if columns[name] != 1})
+
+    def without_effects(self, names: Collection[str]) -> MovingRecord:
+        """The same where these may not act."""
+        return replace(self, allowed=tuple(name for name in self.allowed if name not in names))
 
     def signal(self, w0: float) -> Array:
         """The samples in natural units of a frequency, shape (n,)."""

@@ -114,7 +114,7 @@ class LoopModel:
 
     @cached_property
     def durations(self) -> tuple[float, ...]:
-        """Length of each record [s], to which friction drift refers."""
+        """How long each record moves [s], to which friction drift refers."""
         return tuple(segment.duration for segment in self.whole or self.segments)
 
     @cached_property

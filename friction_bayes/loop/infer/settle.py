@@ -18,6 +18,7 @@ from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.noise.correlated_noise import is_coloured
 from friction_bayes.mechanics.effects.curved_friction_drift import CURVED_FRICTION_DRIFT
+from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 
 __all__ = ["settle"]
@@ -39,8 +40,18 @@ def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     """The round in which the law of a record has converged and the force requires no other knock.
 
     None where one holds too few turning points. No filter is looked for behind one that is known, or without
-    ``filters``.
+    ``filters``. A zero that moves along a curve may take what is of the force: a law with one is compared
+    with the one that is reached without.
     """
+    latest = _converged(whole, filters=filters)
+    if latest is None or latest.is_plain or CURVED_SENSOR_DRIFT.name not in latest.acting:
+        return latest
+    straight = _converged(whole.without_effects({CURVED_SENSOR_DRIFT.name}), filters=filters)
+    return _better(latest, None if straight is None else _settled(straight.among(whole.allowed)))
+
+
+def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
+    """The law in which the rounds of a record end."""
     first = Round.first(whole)
     still = _settled(first)
     if whole.filter is not None:
@@ -67,9 +78,8 @@ def _without_drift(still: Round | None) -> Round | None:
     """
     if still is None or not still.acting & _DRIFTS:
         return None
-    allowed = still.whole.allowed
-    steady = _settled(still.among(tuple(name for name in allowed if name not in _DRIFTS)))
-    return None if steady is None else _settled(steady.among(allowed))
+    steady = _settled(still.among(still.whole.without_effects(_DRIFTS).allowed))
+    return None if steady is None else _settled(steady.among(still.whole.allowed))
 
 
 def _with_force(first: Round | None, still: Round | None) -> Round | None:
@@ -89,7 +99,7 @@ def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None
     with that again.
     """
     sought, best = filters and not latest.is_plain, latest
-    behind = _behind_filter(still, coulomb) if sought else None
+    behind = _behind_filter(still, coulomb) if sought and still.whole.noise == "auto" else None
     if behind is not None and not _holds_against(latest, behind):
         best = behind
     else:

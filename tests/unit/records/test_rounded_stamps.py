@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 import friction_bayes as fb
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import RecordWarning
+from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.records.rounded_stamps import with_even_stamps
 
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
@@ -17,7 +22,9 @@ SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 def stamped(time: Array) -> Array:
     """The stamps that are used of a record with these."""
     record = fb.make_record(time, np.cos(time), "displacement", synthetic=True)
-    return np.asarray(with_even_stamps(record)["time"].values)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordWarning)
+        return np.asarray(with_even_stamps(record)["time"].values)
 
 
 @example(rate=20.0, start=0.375, samples=50, decimals=2)
@@ -44,9 +51,20 @@ def test_stamps_that_jitter_stay_as_they_are(rng: np.random.Generator) -> None:
     np.testing.assert_array_equal(stamped(time), time)
 
 
-def test_a_missing_row_is_no_rounding() -> None:
-    time = np.delete(np.arange(300) / 60.0, 140).round(2)
+@pytest.mark.parametrize(("rate", "decimals"), [(60.0, 2), (100.0, 2), (1000.0, 3), (50.0, 2)])
+@pytest.mark.parametrize("lost", [(140,), (90, 210)])
+def test_a_missing_row_is_no_rounding(rate: float, decimals: int, lost: tuple[int, ...]) -> None:
+    """Where the interval is the last digit, one that is slightly longer gives the same stamps."""
+    time = np.delete(np.arange(300) / rate, lost).round(decimals)
     np.testing.assert_array_equal(stamped(time), time)
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(240.0, 3), (48.0, 2), (59.94, 2)])
+@pytest.mark.parametrize("samples", [300, 6000, 60000])
+def test_long_records_and_ties_are_recognised(rate: float, decimals: int, samples: int) -> None:
+    exact = np.arange(samples) / rate
+    np.testing.assert_allclose(stamped(exact.round(decimals)), exact, rtol=0, atol=10.0**-decimals)
+    assert np.ptp(np.diff(stamped(exact.round(decimals)))) < 1e-9
 
 
 def test_a_spreadsheet_with_two_decimals_says_as_much_as_exact_stamps(seed: int) -> None:
@@ -60,6 +78,46 @@ def test_a_spreadsheet_with_two_decimals_says_as_much_as_exact_stamps(seed: int)
         seed=seed,
     )
     rounded = record.assign_coords(time=record["time"].values.round(2))
-    exact, printed = (fb.estimate(each, SYSTEM).friction for each in (record, rounded))
+    exact = fb.estimate(record, SYSTEM).friction
+    with pytest.warns(RecordWarning, match="rounded from an even clock of 60 Hz"):
+        printed = fb.estimate(rounded, SYSTEM).friction
     assert printed.mean() == pytest.approx(exact.mean(), abs=0.2 * exact.std())
     assert printed.std() == pytest.approx(exact.std(), rel=0.1)
+
+
+def test_dropouts_of_a_record_with_rounded_stamps_are_set_aside_in_the_loop(seed: int) -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.1,
+        initial_displacement=0.02,
+        duration=8.0,
+        sampling_rate=60.0,
+        noise_sd=2e-5,
+        seed=seed,
+    )
+    values = record.values.copy()
+    for start in (60, 130, 200):
+        values[start : start + 4] = values[start]
+    exact = record.copy(data=values)
+    rounded = exact.assign_coords(time=record["time"].values.round(2))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordWarning)
+        ignored = [cut_records([each], SYSTEM)[0].ignored.sum() for each in (exact, rounded)]
+    assert ignored[0] == ignored[1] >= 4
+
+
+def test_a_batch_takes_rounded_stamps(seed: int) -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.1,
+        initial_displacement=0.02,
+        duration=8.0,
+        sampling_rate=60.0,
+        noise_sd=2e-5,
+        seed=seed,
+    )
+    both = xr.concat([record, record], "record")
+    exact = fb.estimate_batch(both, SYSTEM)
+    with pytest.warns(RecordWarning, match="even clock"):
+        printed = fb.estimate_batch(both.assign_coords(time=record["time"].values.round(2)), SYSTEM)
+    np.testing.assert_allclose(printed["friction_mean"], exact["friction_mean"], rtol=1e-4)
