@@ -117,3 +117,22 @@ def test_a_zero_that_settles_leaves_a_plain_record(settles_in: float, seed: int)
     low, high = warm.friction_after["interval90"]
     assert high - low < 2.0 * float(np.ptp(plain.friction_after["interval90"]))
     assert warm.friction_after["mean"] == pytest.approx(0.02, abs=4.0 * warm.friction_after["sd"])
+
+
+def test_a_zero_that_settles_at_once_does_not_take_the_place_of_a_knock(seed: int) -> None:
+    """No cubic follows it: with one in the law the force was not searched for what else there is."""
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    clean = fb.simulate(
+        system,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=20.0,
+        sampling_rate=50.0,
+        noise_sd=2e-5,
+        seed=seed,
+    )
+    settling = clean.copy(data=clean.values + 1e-3 * np.exp(-clean["time"].values))
+    report = fb.close_loop([settling], system)
+    assert report.verdict == "adequate"
+    assert report.friction_after["sd"] < 3e-4
+    assert report.friction_after["mean"] == pytest.approx(0.07, abs=4.0 * report.friction_after["sd"])
