@@ -60,3 +60,28 @@ def test_samples_that_are_set_aside_leave_effects_of_one_column() -> None:
     assert along is not None
     assert along.determined
     assert set(fewer.effects) < set(whole.effects)
+
+
+def test_damping_beside_presliding_is_not_taken_for_a_friction_drift() -> None:
+    """Along the motion of the one law the other is improbable: by 360 nats the law with damping is right."""
+    system = fb.Oscillator(mass=1.0, stiffness=100.0)
+    record = fb.simulate(
+        system,
+        friction=0.05,
+        initial_displacement=0.01,
+        duration=8.0,
+        sampling_rate=100.0,
+        noise_sd=2e-6,
+        seed=1,
+        effects={"presliding.displacement": 6e-4, "viscous_damping.damping_ratio": 2e-3},
+    )
+    offered = (
+        "viscous_damping",
+        "friction_drift",
+        "curved_friction_drift",
+        "presliding",
+        "stribeck_friction",
+    )
+    report = fb.close_loop([record], system, effects=offered)
+    assert report.candidates[0]["effects"] == ["viscous_damping", "presliding"]
+    assert report.friction_after["mean"] == pytest.approx(0.05, abs=4.0 * report.friction_after["sd"])
