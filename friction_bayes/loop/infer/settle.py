@@ -5,7 +5,8 @@ does not lead to white residuals; where these are not white, or a force is more 
 force too, and the larger evidence decides. Alternatives to both are coloured noise, where the spectrum shows
 it, corners that the sensor has shaped, and a filter that the record went through, behind which the noise has
 a colour too. Under the most probable one the law converges once more, the noise nowhere below its level near
-the motion's frequency. At last the force is searched for knocks.
+the motion's frequency. At last the force is searched for knocks. Laws with a friction drift, or with a zero
+that moves along a curve, are compared with those that are reached without.
 """
 
 from __future__ import annotations
