@@ -3,7 +3,8 @@ r"""Whether something still held the mass at the start of a record, as a hand do
 Two hypotheses explain these. The decay was free: they have the probability of the whole record under all
 accounts of its residual, over that of the rest under the same. Or it was not, and whatever held the mass made
 them a smooth curve (:mod:`friction_bayes.estimators.noise.smooth_curve`) in the noise of the rest, which has
-to be white: a colour, or a floor, is taken from the samples, and is another one where there are fewer.
+to be white: a colour, or a floor, is taken from the samples, and is another one where there are fewer. An
+acceleration jumps where the mass turns, whatever held it: by any size, at an unknown sample near.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, record_evidence
 from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
 
@@ -49,5 +51,20 @@ def log_odds_of_hold(
     free = all_of_it.log_density_over(noise) - after.log_density_over(noise)
     amplitude = float(np.max(np.abs(all_of_it.signal)))
     place = 2.0 * all_of_it.time[first] / until - 1.0
-    held = log_density_of_curve(place, all_of_it.signal[first] / noise, amplitude / noise, degrees)
+    jumps = None
+    if all_of_it.order == 2:
+        jumps = _jumps(all_of_it.time[first], until, half_cycles, after.frequency)
+    held = log_density_of_curve(place, all_of_it.signal[first] / noise, amplitude / noise, degrees, jumps)
     return _LOG_PRIOR_ODDS + held - free
+
+
+def _jumps(time: Array, until: float, half_cycles: int, frequency: float) -> Indices:
+    """Samples from which on an acceleration is another one as the mass has turned, shape (m, half cycles).
+
+    The last turn is known to a sixteenth of a cycle, as far as the rest begins after it.
+    """
+    known_to = 0.125 * math.pi / frequency
+    turns = until - known_to - math.pi / frequency * np.arange(half_cycles)[::-1]
+    step = float(np.median(np.diff(time)))
+    shifts = np.arange(-known_to, known_to, step)
+    return np.searchsorted(time, turns + shifts[:, None])

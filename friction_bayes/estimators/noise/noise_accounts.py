@@ -356,12 +356,18 @@ class RecordEvidence(NamedTuple):
         Sd of the noise of the most probable account.
     log_density : float
         Of these samples, averaged over the accounts.
+    order : int
+        Derivative of the displacement that is measured.
+    frequency : float
+        Of the most probable account [rad/s].
     """
 
     time: Array
     signal: Array
     noise: float
     log_density: float
+    order: int
+    frequency: float
 
     def log_density_over(self, unit: float) -> float:
         """Log density of the samples in a unit."""
@@ -381,6 +387,8 @@ def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
         signal=prepared.signal[used],
         noise=part.posterior.noise_sd * part.laid.unit,
         log_density=part.log_evidence - math.log(best.probability) + shared,
+        order=prepared.decay.order,
+        frequency=part.laid.frequency,
     )
 
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Indices
 
 __all__ = ["CURVE_SDS", "curve_degrees", "log_density_of_curve", "smooth_curve"]
 
@@ -50,7 +50,9 @@ def curve_degrees(half_cycles: int, samples: int) -> list[int]:
     return [half_cycles * each for each in _DEGREES if half_cycles * each < samples]
 
 
-def log_density_of_curve(place: Array, signal: Array, amplitude: float, degrees: Sequence[int]) -> float:
+def log_density_of_curve(
+    place: Array, signal: Array, amplitude: float, degrees: Sequence[int], jumps: Indices | None = None
+) -> float:
     """Log density of a signal as a smooth curve in white noise, all in units of the noise.
 
     Parameters
@@ -62,6 +64,8 @@ def log_density_of_curve(place: Array, signal: Array, amplitude: float, degrees:
         Prior sd of each coefficient.
     degrees : sequence of int
         Of the curve, all as probable; zero for a constant.
+    jumps : ndarray of int, shape (m, k), optional
+        Samples from which on it may be higher and lower in turn, by one size, in m ways, all as probable.
     """
     found = []
     for degree in degrees:
@@ -71,4 +75,21 @@ def log_density_of_curve(place: Array, signal: Array, amplitude: float, degrees:
         squares = float(signal @ signal - along @ along + np.sum(along**2 / variance))
         log_volume = signal.size * math.log(2.0 * math.pi) + float(np.log(variance).sum())
         found.append(-0.5 * (log_volume + squares))
+        if jumps is not None:
+            known = 1.0 - 1.0 / variance
+            found[-1] += _log_gain_of_jump(signal - left @ (known * along), left, known, amplitude, jumps)
     return float(logsumexp(found)) - math.log(len(found))
+
+
+def _log_gain_of_jump(free: Array, curves: Array, known: Array, amplitude: float, jumps: Indices) -> float:
+    """What jumps add to the log density of a signal, less what curves (n, p), each so ``known``, explain."""
+    signs = (-1.0) ** np.arange(jumps.shape[1])
+
+    def over_jumps(each: Array) -> Array:
+        """Sums of rows times what the jumps have raised them by, shape (m, ...)."""
+        after = np.concatenate([np.cumsum(each[::-1], axis=0)[::-1], np.zeros((1, *each.shape[1:]))])
+        return np.asarray(np.tensordot(signs, after[jumps], axes=(0, 1)))
+
+    variance = over_jumps(np.ones(free.size)) - over_jumps(curves) ** 2 @ known
+    gain = over_jumps(free) ** 2 / (amplitude**-2 + variance) - np.log1p(amplitude**2 * variance)
+    return float(logsumexp(0.5 * gain)) - math.log(len(jumps))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from experiments.ordinary_records import RECIPES
 from friction_bayes import Oscillator, estimate, make_record, simulate
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
@@ -68,3 +69,17 @@ def test_an_accelerometer_that_shows_the_end_of_a_release_is_fitted_from_later_o
     assert found.decay.later == 1
     low, high = found.friction.interval(0.9)
     assert low < FRICTION < high < 1.1 * low
+
+
+def test_an_acceleration_may_jump_where_the_mass_turns_under_a_hand() -> None:
+    """As a smooth curve alone the hand is less probable than a random force, and the interval 46 % wide."""
+    held = RECIPES["hand at the start"](np.random.default_rng(5), 2)
+    assert held.quantity == "acceleration"
+    record = make_record(held.times, held.values, held.quantity, synthetic=True)
+    with pytest.warns(RecordWarning, match="under a hand"):
+        found = estimate(record, Oscillator(mass=held.mass, stiffness=held.stiffness))
+    assert found.decay.later == 1
+    low, high = found.friction.interval(0.9)
+    assert high - low < 2e-3 * found.friction.mean()
+    truth = held.truth(found.decay.start_time, found.decay.start_time + found.decay.duration)
+    assert found.friction.mean() == pytest.approx(truth, abs=2.0 * (high - low))
