@@ -37,6 +37,7 @@ from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.law_along_motion import force_prior
 from friction_bayes.loop.settings import SETTINGS
 from friction_bayes.mechanics.effects import BUILT_IN, EFFECTS, ForceEffect, Scales
+from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.inclusion import EXPECTED, inclusion
 from friction_bayes.statespace.force_prior import ForcePrior
 
@@ -224,7 +225,7 @@ def draw_effects(names: Collection[str], rng: np.random.Generator) -> tuple[str,
         act = rng.beta(1.0, len(NAMES) / EXPECTED)
         of_force = 1.0 - ForcePrior.none
         chosen = tuple(name for name in names if rng.random() < (of_force if name == RANDOM_FORCE else act))
-        counted = set(chosen) - (SENSOR_ZERO - {"curved_sensor_drift"}) - set(OF_LINES) - _OF_NOISE
+        counted = set(chosen) - (SENSOR_ZERO - {CURVED_SENSOR_DRIFT.name}) - set(OF_LINES) - _OF_NOISE
         excluded = any(other in chosen for name in chosen for other in EFFECTS[name].excludes)
         if len(counted) <= SETTINGS.most_at_once and len(_BENDS_FRICTION & counted) < 2 and not excluded:
             return chosen

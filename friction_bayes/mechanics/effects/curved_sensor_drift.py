@@ -10,8 +10,7 @@ from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = ["CURVED_SENSOR_DRIFT"]
 
-_CHANGE = 0.1
-"""Prior sd of each term at the end of the record, over the signal: that of a drift at a constant rate."""
+_RATE = SENSOR_DRIFT.parameters[1]
 
 
 def _distort(signal: Array, time: Array, offset: float, rate: float, curvature: float, cubic: float) -> Array:
@@ -21,22 +20,18 @@ def _distort(signal: Array, time: Array, offset: float, rate: float, curvature: 
 CURVED_SENSOR_DRIFT = SensorEffect(
     name="curved_sensor_drift",
     summary="+ a + b t + c t^2 + d t^3",
+    # each term may change as much over the record as that of the constant rate
     parameters=(
-        Parameter(name="offset", unit="signal", default=0.0, prior=lambda scales: normal(scales.offset)),
-        Parameter(
-            name="rate",
-            unit="signal/s",
-            prior=lambda scales: normal(_CHANGE * scales.signal / scales.duration),
-        ),
+        *SENSOR_DRIFT.parameters,
         Parameter(
             name="curvature",
             unit="signal/s2",
-            prior=lambda scales: normal(_CHANGE * scales.signal / scales.duration**2),
+            prior=lambda scales: normal(_RATE.prior(scales).scale / scales.duration),
         ),
         Parameter(
             name="cubic",
             unit="signal/s3",
-            prior=lambda scales: normal(_CHANGE * scales.signal / scales.duration**3),
+            prior=lambda scales: normal(_RATE.prior(scales).scale / scales.duration**2),
         ),
     ),
     excludes=(SENSOR_OFFSET.name, SENSOR_DRIFT.name),

@@ -19,6 +19,19 @@ from friction_bayes.records.rounded_stamps import with_even_stamps
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 
 
+def sampled(seed: int) -> xr.DataArray:
+    """A decay at 60 Hz, whose stamps have no two decimals."""
+    return fb.simulate(
+        SYSTEM,
+        friction=0.1,
+        initial_displacement=0.02,
+        duration=8.0,
+        sampling_rate=60.0,
+        noise_sd=2e-5,
+        seed=seed,
+    )
+
+
 def stamped(time: Array) -> Array:
     """The stamps that are used of a record with these."""
     record = fb.make_record(time, np.cos(time), "displacement", synthetic=True)
@@ -68,15 +81,7 @@ def test_long_records_and_ties_are_recognised(rate: float, decimals: int, sample
 
 
 def test_a_spreadsheet_with_two_decimals_says_as_much_as_exact_stamps(seed: int) -> None:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.1,
-        initial_displacement=0.02,
-        duration=8.0,
-        sampling_rate=60.0,
-        noise_sd=2e-5,
-        seed=seed,
-    )
+    record = sampled(seed)
     rounded = record.assign_coords(time=record["time"].values.round(2))
     exact = fb.estimate(record, SYSTEM).friction
     with pytest.warns(RecordWarning, match="rounded from an even clock of 60 Hz"):
@@ -86,15 +91,7 @@ def test_a_spreadsheet_with_two_decimals_says_as_much_as_exact_stamps(seed: int)
 
 
 def test_dropouts_of_a_record_with_rounded_stamps_are_set_aside_in_the_loop(seed: int) -> None:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.1,
-        initial_displacement=0.02,
-        duration=8.0,
-        sampling_rate=60.0,
-        noise_sd=2e-5,
-        seed=seed,
-    )
+    record = sampled(seed)
     values = record.values.copy()
     for start in (60, 130, 200):
         values[start : start + 4] = values[start]
@@ -107,15 +104,7 @@ def test_dropouts_of_a_record_with_rounded_stamps_are_set_aside_in_the_loop(seed
 
 
 def test_a_batch_takes_rounded_stamps(seed: int) -> None:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.1,
-        initial_displacement=0.02,
-        duration=8.0,
-        sampling_rate=60.0,
-        noise_sd=2e-5,
-        seed=seed,
-    )
+    record = sampled(seed)
     both = xr.concat([record, record], "record")
     exact = fb.estimate_batch(both, SYSTEM)
     with pytest.warns(RecordWarning, match="even clock"):
