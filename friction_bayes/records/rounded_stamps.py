@@ -77,9 +77,10 @@ def _rounded_from(time: Array) -> Array | None:
         return float(np.ptp(left - change * unit * place))
 
     change = float(minimize_scalar(off, bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-9}).x)
-    if off(change) > unit * (1.0 + _TIES) + 2.0 * float(np.spacing(last)):
+    widest = unit * (1.0 + _TIES) + 2.0 * float(np.spacing(last))
+    if off(change) > widest:
         return None
     off_by = left - change * unit * place
     # from the first stamp, or as near to it as all allow
-    start = min(max(0.0, float(off_by.max()) - 0.5 * unit), float(off_by.min()) + 0.5 * unit)
+    start = min(max(0.0, float(off_by.max()) - 0.5 * widest), float(off_by.min()) + 0.5 * widest)
     return np.asarray(time[0] + start + (span + change * unit) * place)
