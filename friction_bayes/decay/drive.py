@@ -33,6 +33,8 @@ _NOISE_FREEDOM = 2.0
 """Degrees of freedom that the noise of the samples counts for in a scatter."""
 _STEEPEST = 2.0
 """Prior standard deviation of the part in proportion to the amplitude, over the mean loss; by drag 1 or 2."""
+_ROUNDING = 1e-13
+"""Share of a sum of squares that rounding leaves of samples which a regression fits to the last digit."""
 _COURSE = 3
 """Coefficients of the change of amplitude under a drive, in powers of time, at most."""
 
@@ -103,7 +105,7 @@ def _amplitudes(y: Array, omega: float, windows: Windows) -> tuple[Array, float]
     centre, inphase, quadrature, _ = windows
     length, last = 2.0 * math.pi / omega, centre.size - 1
     amplitude = np.zeros(last // 2 + 1)
-    log_noise = 0.0
+    log_noise, scattered = 0.0, 0
     matrix, right = np.zeros((3, 3)), np.zeros(3)
     cosine, sine = np.empty(int(length) + 2), np.empty(int(length) + 2)
     for k in range(amplitude.size):
@@ -120,9 +122,12 @@ def _amplitudes(y: Array, omega: float, windows: Windows) -> tuple[Array, float]
         if rest < math.inf:
             amplitude[k] = math.hypot(x[1], x[2])
             variance = 2.0 * rest / max(end - begin - 3, 1) / (end - begin)
-            # the mean of logarithms, as one window may hold more than noise
-            log_noise += 0.5 * math.log(max(variance, 1e-300)) / amplitude.size
-    return amplitude, math.exp(log_noise)
+            # the mean of logarithms, as one window may hold more than noise; without those whose samples are
+            # all alike, of which rounding leaves zero or not by chance
+            if rest > _ROUNDING * square:
+                log_noise += 0.5 * math.log(variance)
+                scattered += 1
+    return amplitude, math.exp(log_noise / scattered) if scattered > 0 else 0.0
 
 
 @njit(**INNER)
