@@ -82,9 +82,7 @@ def disturbed_half_cycles(windows: Windows) -> tuple[int, bool]:
 
 
 @njit(**INNER)
-def _last_apart(
-    step: Array, one: Array, other: Array, sought: int, compared: int, matters: float
-) -> int:
+def _last_apart(step: Array, one: Array, other: Array, sought: int, compared: int, matters: float) -> int:
     """Last of the first steps that two columns, fitted to those after, miss; -1 for none."""
     matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.zeros(2)
     for k in range(sought, sought + compared):

@@ -232,10 +232,10 @@ def _passed(n: int, rate: float) -> Array:
 
 @njit(**INNER)
 def _fill_to_zero(matrix: Array, right: Array, z: float, moments: Array) -> None:
-    """Fill in the moments of columns ``1, (z - h) c, s, (z - h) s, (z - h)^2 c``, the responses' in a last row.
+    """Fill in the moments of columns ``1, (z - h) c, s, (z - h) s, (z - h)^2 c``, the samples' last.
 
-    They follow from those of :func:`_add_swings`, ``matrix`` and ``right``: an amplitude on the fourth column
-    falls to zero where the time is ``z``.
+    An amplitude on these falls to zero where the time ``h`` is ``z``. They follow from the moments of
+    :func:`_add_swings`, ``matrix`` and ``right``.
     """
     cc0, cc1, cc2, cc3, cc4 = matrix[1, 1], matrix[3, 1], matrix[3, 3], matrix[5, 3], matrix[5, 5]
     cs0, cs1, cs2, cs3 = matrix[2, 1], matrix[3, 2], matrix[4, 3], matrix[5, 4]
