@@ -115,12 +115,18 @@ def rate_of_dying_away(centre: Array, amplitude: Array, noise: float, first: int
         return 0.0
     low, high = -math.log(time[-1]), -math.log(time[1])
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    inner, outer = high - golden * (high - low), low + golden * (high - low)
+    slow, fast = _misfit(time, seen, math.exp(inner)), _misfit(time, seen, math.exp(outer))
     while high - low > _RATE_KNOWN:
-        inner, outer = high - golden * (high - low), low + golden * (high - low)
-        if _misfit(time, seen, math.exp(inner)) < _misfit(time, seen, math.exp(outer)):
-            high = outer
+        # of the two places inside, one is a place inside the part that is kept
+        if slow < fast:
+            high, outer, fast = outer, inner, slow
+            inner = high - golden * (high - low)
+            slow = _misfit(time, seen, math.exp(inner))
         else:
-            low = inner
+            low, inner, slow = inner, outer, fast
+            outer = low + golden * (high - low)
+            fast = _misfit(time, seen, math.exp(outer))
     rate = math.exp(0.5 * (low + high))
     return rate if straight - _misfit(time, seen, rate) > EVIDENCE * noise * noise else 0.0
 
@@ -128,10 +134,20 @@ def rate_of_dying_away(centre: Array, amplitude: Array, noise: float, first: int
 @njit(**INNER)
 def _misfit(time: Array, amplitude: Array, rate: float) -> float:
     """Residual sum of squares of amplitudes that die away toward any constant, or at rate zero on a line."""
-    matrix, right, square = np.zeros((2, 2)), np.zeros(2), 0.0
-    basis = np.ones(2)
+    course = course_square = seen = along = square = 0.0
+    value, step, kept = 1.0, 0.0, 1.0
     for k in range(time.size):
-        basis[1] = math.exp(-rate * time[k]) if rate > 0.0 else -time[k]
-        add_sample(matrix, right, basis, amplitude[k], 1.0)
-        square += amplitude[k] ** 2
+        if rate > 0.0:
+            # windows are whole samples apart, most of them as many as those before
+            apart = time[k] - time[max(k - 1, 0)]
+            if apart != step:
+                step, kept = apart, math.exp(-rate * apart)
+            value *= kept
+        else:
+            value = -time[k]
+        course, course_square = course + value, course_square + value * value
+        seen, along, square = seen + amplitude[k], along + value * amplitude[k], square + amplitude[k] ** 2
+    matrix, right = np.empty((2, 2)), np.empty(2)
+    matrix[0, 0], matrix[1, 0], matrix[1, 1] = float(time.size), course, course_square
+    right[0], right[1] = seen, along
     return regression(matrix, right, square)[1]

@@ -13,9 +13,10 @@ from friction_bayes.decay.linear_least_squares import add_sample, regression, so
 
 __all__ = [
     "EVIDENCE",
-    "LEAST_WINDOW",
+    "Windows",
     "amplitudes",
     "demodulate",
+    "fill_moments",
     "fill_turns",
     "largest",
     "phase_of",
@@ -26,7 +27,7 @@ __all__ = [
 EVIDENCE = 30.0
 """Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
 
-LEAST_WINDOW = 7
+_LEAST_WINDOW = 7
 """A window of one period is lengthened to hold at least this many samples."""
 
 
@@ -48,21 +49,30 @@ def largest(values: Array) -> float:
     return found
 
 
-@njit(**KERNEL)
-def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
-    """Complex amplitude of windows of one period, half a period apart, by least squares with a constant.
+class Windows(NamedTuple):
+    """Complex amplitudes of windows, shape (windows,) each.
 
-    Returns
-    -------
-    centre : ndarray, shape (windows,)
+    Attributes
+    ----------
+    centre : ndarray
         Window centres [samples].
-    inphase, quadrature : ndarray, shape (windows,)
+    inphase, quadrature : ndarray
         ``y ~ const + inphase cos(omega i) - quadrature sin(omega i)``, ``i`` counted from the record's start.
-    noise : ndarray, shape (windows,)
+    noise : ndarray
         Standard deviation of either from the residual of the window.
     """
+
+    centre: Array
+    inphase: Array
+    quadrature: Array
+    noise: Array
+
+
+@njit(**KERNEL)
+def demodulate(y: Array, omega: float) -> Windows:
+    """Complex amplitude of windows of one period, half a period apart, by least squares with a constant."""
     period = 2.0 * math.pi / omega
-    length = round(max(period, float(LEAST_WINDOW)))
+    length = round(max(period, float(_LEAST_WINDOW)))
     windows = int((y.size - length) / (0.5 * period)) + 1 if y.size >= length else 0
     centre, noise = np.zeros(windows), np.zeros(windows)
     inphase, quadrature = np.zeros(windows), np.zeros(windows)
@@ -85,7 +95,7 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
             inphase[w] = along * turned - across * turned_across
             quadrature[w] = -along * turned_across - across * turned
             noise[w] = math.sqrt(2.0 * rest / max(length - 3, 1) / length)
-    return centre, inphase, quadrature, noise
+    return Windows(centre, inphase, quadrature, noise)
 
 
 @njit(**INNER)
@@ -121,11 +131,9 @@ class _Window(NamedTuple):
 @njit(**INNER)
 def _window(omega: float, count: int) -> _Window:
     cosine, sine, inverse = np.empty(count), np.empty(count), np.empty((3, 3))
-    matrix, right, basis = np.zeros((3, 3)), np.zeros(3), np.ones(3)
-    for j in range(count):
-        basis[1], basis[2] = math.cos(omega * j), math.sin(omega * j)
-        cosine[j], sine[j] = basis[1], basis[2]
-        add_sample(matrix, right, basis, 0.0, 1.0)
+    matrix, right = np.empty((3, 3)), np.empty(3)
+    fill_turns(0.0, omega, cosine, sine)
+    fill_moments(cosine, cosine, sine, matrix, right)
     regular = True
     for k in range(3):
         for j in range(3):
@@ -135,6 +143,21 @@ def _window(omega: float, count: int) -> _Window:
         for j in range(3):
             inverse[j, k] = column[j]
     return _Window(cosine, sine, inverse, regular)
+
+
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def fill_moments(y: Array, cosine: Array, sine: Array, matrix: Array, right: Array) -> float:
+    """Fill in the moments of columns ``1, c, s``, several samples at a time; return the sum of squares."""
+    one_c = one_s = cc = cs = ss = one_y = c_y = s_y = square = 0.0
+    for i in range(y.size):
+        c, s, value = cosine[i], sine[i], y[i]
+        one_c, one_s = one_c + c, one_s + s
+        cc, cs, ss = cc + c * c, cs + c * s, ss + s * s
+        one_y, c_y, s_y, square = one_y + value, c_y + c * value, s_y + s * value, square + value * value
+    matrix[0, 0], right[0] = y.size, one_y
+    matrix[1, 0], matrix[1, 1], right[1] = one_c, cc, c_y
+    matrix[2, 0], matrix[2, 1], matrix[2, 2], right[2] = one_s, cs, ss, s_y
+    return square
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})

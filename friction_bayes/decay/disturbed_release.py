@@ -16,7 +16,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INLINED, INNER, njit
-from friction_bayes.decay.demodulation import LEAST_WINDOW, demodulate
+from friction_bayes.decay.demodulation import Windows
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
 __all__ = ["disturbed_half_cycles"]
@@ -39,15 +39,13 @@ _FADING = 1
 
 
 @njit(**INLINED)
-def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
+def disturbed_half_cycles(windows: Windows) -> tuple[int, bool]:
     """How many half cycles from the start are to be left out.
 
     Parameters
     ----------
-    y : ndarray, shape (n,)
-        The moving samples about their rest position.
-    omega : float
-        Rough angular frequency [rad/sample].
+    windows : Windows
+        Those of the moving samples.
 
     Returns
     -------
@@ -56,42 +54,39 @@ def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     goes_on : bool
         Whether the last step that is sought is disturbed too, so that more may be.
     """
-    # no steps beyond those compared are needed, each half a period, nor windows, a period each
-    enough = math.ceil((_SOUGHT + _MOST_COMPARED + 4) * math.pi / omega) + LEAST_WINDOW
-    _, inphase, quadrature, _ = demodulate(y[:enough], omega)
+    _, inphase, quadrature, _ = windows
     steps = inphase.size - 1
     # the last step may be one into the rest
     sought = min(_SOUGHT, steps // _PART)
     compared = min(_MOST_COMPARED, steps - 1 - sought)
     if compared < _FEWEST_COMPARED:
         return 0, False
-    amplitude, lost, advanced = np.zeros(steps), np.zeros(steps), np.zeros(steps)
+    steps = sought + compared
+    amplitude, cubed, lost, advanced = np.zeros(steps), np.zeros(steps), np.zeros(steps), np.zeros(steps)
     for k in range(steps):
         along = inphase[k + 1] * inphase[k] + quadrature[k + 1] * quadrature[k]
         across = quadrature[k + 1] * inphase[k] - inphase[k + 1] * quadrature[k]
         before, after = math.hypot(inphase[k], quadrature[k]), math.hypot(inphase[k + 1], quadrature[k + 1])
         amplitude[k] = 0.5 * (before + after)
+        cubed[k] = amplitude[k] * amplitude[k] * amplitude[k]
         lost[k] = before - after
         advanced[k] = amplitude[k] * math.atan2(across, along)
     matters = 0.0
     for k in range(sought, sought + compared):
         matters += _MATTERS * lost[k] / compared
     last = max(
-        _last_apart(lost, amplitude, np.array([0.0, 1.0]), sought, compared, abs(matters)),
-        _last_apart(advanced, amplitude, np.array([1.0, 3.0]), sought, compared, abs(matters)),
+        _last_apart(lost, np.ones(steps), amplitude, sought, compared, abs(matters)),
+        _last_apart(advanced, amplitude, cubed, sought, compared, abs(matters)),
     )
     return (last + 1 + _FADING, last == sought - 1) if last >= 0 else (0, False)
 
 
 @njit(**INNER)
-def _last_apart(
-    step: Array, amplitude: Array, powers: Array, sought: int, compared: int, matters: float
-) -> int:
-    """Last of the first steps that powers of the amplitude, fitted to those after, miss; -1 for none."""
+def _last_apart(step: Array, one: Array, other: Array, sought: int, compared: int, matters: float) -> int:
+    """Last of the first steps that two columns, fitted to those after, miss; -1 for none."""
     matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.zeros(2)
     for k in range(sought, sought + compared):
-        for j in range(2):
-            basis[j] = amplitude[k] ** powers[j]
+        basis[0], basis[1] = one[k], other[k]
         add_sample(matrix, right, basis, step[k], 1.0)
         square += step[k] ** 2
     law, rest = regression(matrix, right, square)
@@ -99,8 +94,7 @@ def _last_apart(
         return -1
     sd, last = math.sqrt(rest / (compared - 2)), -1
     for k in range(sought):
-        for j in range(2):
-            basis[j] = amplitude[k] ** powers[j]
+        basis[0], basis[1] = one[k], other[k]
         spread, _ = solve_spd(matrix, basis)
         limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis[0] * spread[0] + basis[1] * spread[1]))
         if abs(step[k] - (law[0] * basis[0] + law[1] * basis[1])) > max(matters, limit):

@@ -16,7 +16,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INLINED, INNER, njit
-from friction_bayes.decay.demodulation import demodulate, fill_turns, largest
+from friction_bayes.decay.demodulation import Windows, fill_moments, fill_turns, largest
 from friction_bayes.decay.linear_least_squares import add_sample, regression
 
 __all__ = ["driven_half_cycles"]
@@ -33,12 +33,14 @@ _NOISE_FREEDOM = 2.0
 """Degrees of freedom that the noise of the samples counts for in a scatter."""
 _STEEPEST = 2.0
 """Prior standard deviation of the part in proportion to the amplitude, over the mean loss; by drag 1 or 2."""
+_ROUNDING = 1e-13
+"""Share of a sum of squares that rounding leaves of samples which a regression fits to the last digit."""
 _COURSE = 3
 """Coefficients of the change of amplitude under a drive, in powers of time, at most."""
 
 
 @njit(**INNER)
-def driven_half_cycles(y: Array, omega: float) -> int:
+def driven_half_cycles(y: Array, omega: float, windows: Windows) -> int:
     """How many half cycles from the start are to be left out; zero where nothing shows.
 
     Parameters
@@ -47,8 +49,10 @@ def driven_half_cycles(y: Array, omega: float) -> int:
         The moving samples about their rest position.
     omega : float
         Rough angular frequency [rad/sample].
+    windows : Windows
+        The samples demodulated at it.
     """
-    amplitude, noise = _amplitudes(y, omega)
+    amplitude, noise = _amplitudes(y, omega, windows)
     steps = amplitude.size - 1
     places = steps - _FEWEST_DRIVEN
     if places < 1:
@@ -92,16 +96,16 @@ def driven_half_cycles(y: Array, omega: float) -> int:
 
 
 @njit(**INLINED)
-def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
+def _amplitudes(y: Array, omega: float, windows: Windows) -> tuple[Array, float]:
     """Amplitudes in windows of one period that share no samples, each at its own frequency, and their noise.
 
     That of a motion under a drive is the drive's, and a window of one period at another frequency gives an
     amplitude that depends on the phase.
     """
-    centre, inphase, quadrature, _ = demodulate(y, omega)
+    centre, inphase, quadrature, _ = windows
     length, last = 2.0 * math.pi / omega, centre.size - 1
     amplitude = np.zeros(last // 2 + 1)
-    log_noise = 0.0
+    log_noise, scattered = 0.0, 0
     matrix, right = np.zeros((3, 3)), np.zeros(3)
     cosine, sine = np.empty(int(length) + 2), np.empty(int(length) + 2)
     for k in range(amplitude.size):
@@ -113,29 +117,17 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
         end = min(math.floor(centre[2 * k] + 0.5 * length) + 1, y.size)
         c, s = cosine[: end - begin], sine[: end - begin]
         fill_turns(rate * (begin - centre[2 * k]), rate, c, s)
-        square = _fill_moments(y[begin:end], c, s, matrix, right)
+        square = fill_moments(y[begin:end], c, s, matrix, right)
         x, rest = regression(matrix, right, square)
         if rest < math.inf:
             amplitude[k] = math.hypot(x[1], x[2])
             variance = 2.0 * rest / max(end - begin - 3, 1) / (end - begin)
-            # the mean of logarithms, as one window may hold more than noise
-            log_noise += 0.5 * math.log(max(variance, 1e-300)) / amplitude.size
-    return amplitude, math.exp(log_noise)
-
-
-@njit(**INNER, fastmath={"reassoc", "contract"})
-def _fill_moments(y: Array, cosine: Array, sine: Array, matrix: Array, right: Array) -> float:
-    """Fill in the moments of columns ``1, c, s``, several samples at a time; return the sum of squares."""
-    one_c = one_s = cc = cs = ss = one_y = c_y = s_y = square = 0.0
-    for i in range(y.size):
-        c, s, value = cosine[i], sine[i], y[i]
-        one_c, one_s = one_c + c, one_s + s
-        cc, cs, ss = cc + c * c, cs + c * s, ss + s * s
-        one_y, c_y, s_y, square = one_y + value, c_y + c * value, s_y + s * value, square + value * value
-    matrix[0, 0], right[0] = y.size, one_y
-    matrix[1, 0], matrix[1, 1], right[1] = one_c, cc, c_y
-    matrix[2, 0], matrix[2, 1], matrix[2, 2], right[2] = one_s, cs, ss, s_y
-    return square
+            # the mean of logarithms, as one window may hold more than noise; without those whose samples are
+            # all alike, of which rounding leaves zero or not by chance
+            if rest > _ROUNDING * square:
+                log_noise += 0.5 * math.log(variance)
+                scattered += 1
+    return amplitude, math.exp(log_noise / scattered) if scattered > 0 else 0.0
 
 
 @njit(**INNER)

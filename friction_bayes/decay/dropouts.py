@@ -128,12 +128,19 @@ def _fill(values: Array, angle: float) -> Array:
     return filled
 
 
+@njit(**KERNEL)
 def _runs(values: Array) -> tuple[Indices, Indices]:
     """First samples and lengths of short runs of equal samples."""
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(values) != 0.0) + 1))
-    lengths = np.diff(np.append(starts, values.size))
-    short = (lengths > 1) & (lengths <= _LONGEST)
-    return starts[short], lengths[short]
+    first, lengths = np.empty(values.size // 2, np.intp), np.empty(values.size // 2, np.intp)
+    count, begin = 0, 0
+    for i in range(1, values.size + 1):
+        if i < values.size and values[i] == values[i - 1]:
+            continue
+        if 1 < i - begin <= _LONGEST:
+            first[count], lengths[count] = begin, i - begin
+            count += 1
+        begin = i
+    return first[:count], lengths[:count]
 
 
 class _Gap:

@@ -14,7 +14,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL, njit
 
-__all__ = ["add_sample", "regression", "restricted", "solve_spd"]
+__all__ = ["add_sample", "regression", "solve_spd"]
 
 
 @njit(**INNER)
@@ -88,25 +88,3 @@ def regression(matrix: Array, right: Array, square: float) -> tuple[Array, float
     for k in range(x.size):
         rest -= x[k] * right[k]
     return x, max(rest, 0.0)
-
-
-@njit(**INNER)
-def restricted(matrix: Array, right: Array, shift: Array) -> tuple[Array, Array]:
-    """Moments of a regression whose coefficients are ``shift`` times fewer ones: lower halves."""
-    size, fewer = shift.shape
-    normal, projected, half = np.zeros((fewer, fewer)), np.zeros(fewer), np.zeros((size, fewer))
-    # most entries of the shift are zero
-    for b in range(size):
-        for m in range(fewer):
-            share = shift[b, m]
-            if share != 0.0:
-                projected[m] += share * right[b]
-                for a in range(size):
-                    half[a, m] += share * matrix[max(a, b), min(a, b)]
-    for a in range(size):
-        for k in range(fewer):
-            share = shift[a, k]
-            if share != 0.0:
-                for m in range(k + 1):
-                    normal[k, m] += share * half[a, m]
-    return normal, projected

@@ -28,7 +28,7 @@ from friction_bayes.decay.demodulation import (
 )
 from friction_bayes.decay.disturbed_release import disturbed_half_cycles
 from friction_bayes.decay.drive import driven_half_cycles
-from friction_bayes.decay.linear_least_squares import regression, restricted
+from friction_bayes.decay.linear_least_squares import regression
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
@@ -55,6 +55,8 @@ _BY_CHANCE = 6.0
 """Fall in chi-square that two numbers more bring by chance once in twenty."""
 _RESYNCHRONISED = 64
 """Samples after which a phase that has been turned from one to the next is computed anew."""
+_COLUMNS_TO_ZERO = 5
+"""Of an amplitude that falls to zero at a given place, on a parabola; on a line the last is left out."""
 _TWO_LEVELS = 1.5
 """Steps of the sensor that two neighbouring levels span at most, printed with few digits."""
 
@@ -228,6 +230,70 @@ def _passed(n: int, rate: float) -> Array:
     return passed
 
 
+@njit(**INNER)
+def _fill_to_zero(matrix: Array, right: Array, z: float, moments: Array) -> None:
+    """Fill in the moments of columns ``1, (z - h) c, s, (z - h) s, (z - h)^2 c``, the samples' last.
+
+    An amplitude on these falls to zero where the time ``h`` is ``z``. They follow from the moments of
+    :func:`_add_swings`, ``matrix`` and ``right``.
+    """
+    cc0, cc1, cc2, cc3, cc4 = matrix[1, 1], matrix[3, 1], matrix[3, 3], matrix[5, 3], matrix[5, 5]
+    cs0, cs1, cs2, cs3 = matrix[2, 1], matrix[3, 2], matrix[4, 3], matrix[5, 4]
+    c0, c1, c2, s0, s1 = matrix[1, 0], matrix[3, 0], matrix[5, 0], matrix[2, 0], matrix[4, 0]
+    ss0, ss1, ss2 = matrix[2, 2], matrix[4, 2], matrix[4, 4]
+    zz = z * z
+    moments[0, 0] = matrix[0, 0]
+    moments[1, 0], moments[1, 1] = z * c0 - c1, zz * cc0 - 2.0 * z * cc1 + cc2
+    moments[2, 0], moments[2, 1], moments[2, 2] = s0, z * cs0 - cs1, ss0
+    moments[3, 0], moments[3, 1] = z * s0 - s1, zz * cs0 - 2.0 * z * cs1 + cs2
+    moments[3, 2], moments[3, 3] = z * ss0 - ss1, zz * ss0 - 2.0 * z * ss1 + ss2
+    moments[4, 0] = zz * c0 - 2.0 * z * c1 + c2
+    moments[4, 1] = zz * (z * cc0 - 3.0 * cc1) + 3.0 * z * cc2 - cc3
+    moments[4, 2] = zz * cs0 - 2.0 * z * cs1 + cs2
+    moments[4, 3] = zz * (z * cs0 - 3.0 * cs1) + 3.0 * z * cs2 - cs3
+    moments[4, 4] = zz * (zz * cc0 - 4.0 * z * cc1 + 6.0 * cc2) - 4.0 * z * cc3 + cc4
+    moments[5, 0], moments[5, 1], moments[5, 2] = right[0], z * right[1] - right[3], right[2]
+    moments[5, 3], moments[5, 4] = z * right[2] - right[4], zz * right[1] - 2.0 * z * right[3] + right[5]
+
+
+@njit(**INNER)
+def _left_over(moments: Array, square: float) -> tuple[float, float]:
+    """Residual sums of squares on all columns but the last, and on all; infinite where singular.
+
+    Takes the moments' Cholesky factor in their place: that of fewer columns is a part of it.
+    """
+    rest, rests = square, (math.inf, math.inf)
+    for i in range(_COLUMNS_TO_ZERO):
+        own = moments[i, i]
+        for j in range(_COLUMNS_TO_ZERO + 1 - i):
+            row = moments[i + j]
+            total = row[i]
+            for k in range(i):
+                total -= row[k] * moments[i, k]
+            if j == 0:
+                if not total > 1e-13 * own:
+                    return rests
+                row[i] = math.sqrt(total)
+            else:
+                row[i] = total / moments[i, i]
+        rest -= moments[_COLUMNS_TO_ZERO, i] ** 2
+        if i == _COLUMNS_TO_ZERO - 2:
+            rests = (max(rest, 0.0), math.inf)
+    return rests[0], max(rest, 0.0)
+
+
+@njit(**INNER)
+def _first_coefficient(factor: Array, size: int) -> float:
+    """First coefficient on so many columns, from the factor of :func:`_left_over`."""
+    x = np.empty(size)
+    for i in range(size - 1, -1, -1):
+        x[i] = factor[_COLUMNS_TO_ZERO, i]
+        for k in range(i + 1, size):
+            x[i] -= factor[k, i] * x[k]
+        x[i] /= factor[i, i]
+    return x[0]
+
+
 class _End(NamedTuple):
     """Where the amplitude meets zero [samples], the constant of the oscillation, residual sum of squares."""
 
@@ -251,7 +317,7 @@ def _ends(
     _add_swings(y, c, s, passed, ZERO, n, 1.0, matrix, right)
     x, cost = regression(matrix, right, variance)
     on = _End(math.inf, x[0], cost)
-    shift = np.zeros((6, 5))
+    factor = np.zeros((_COLUMNS_TO_ZERO + 1, _COLUMNS_TO_ZERO))
     straight = bent = _End(math.inf, 0.0, math.inf)
     # from the end on; a motion does not end within its first three half cycles
     j, at, places = n - 1, n, math.floor(4.0 * ((n - 2) / half - 3.0))
@@ -264,18 +330,14 @@ def _ends(
         if tail > straight.cost and tail > bent.cost:
             # what is constant after costs no less for an earlier place, and now more than all
             break
-        h = passed[j]
-        shift[0, 0], shift[2, 2] = 1.0, 1.0
-        shift[1, 1], shift[3, 1] = h, -1.0
-        shift[2, 3], shift[4, 3] = h, -1.0
-        shift[1, 4], shift[3, 4], shift[5, 4] = h * h, -2.0 * h, 1.0
-        normal, projected = restricted(matrix, right, shift)
-        x, rest = regression(normal, projected[:4], square)
-        if rest < math.inf and rest + tail <= straight.cost * (1.0 + beyond_doubt / n):
-            straight = _End(float(j), x[0], min(rest + tail, straight.cost))
-        x, rest = regression(normal, projected, square)
-        if rest < math.inf and rest + tail <= bent.cost * (1.0 + beyond_doubt / n):
-            bent = _End(float(j), x[0], min(rest + tail, bent.cost))
+        _fill_to_zero(matrix, right, passed[j], factor)
+        on_line, on_parabola = _left_over(factor, square)
+        if on_line < math.inf and on_line + tail <= straight.cost * (1.0 + beyond_doubt / n):
+            centre = _first_coefficient(factor, _COLUMNS_TO_ZERO - 1)
+            straight = _End(float(j), centre, min(on_line + tail, straight.cost))
+        if on_parabola < math.inf and on_parabola + tail <= bent.cost * (1.0 + beyond_doubt / n):
+            centre = _first_coefficient(factor, _COLUMNS_TO_ZERO)
+            bent = _End(float(j), centre, min(on_parabola + tail, bent.cost))
         if places < 0:
             break
         j = math.ceil((3.0 + 0.25 * places) * half)
@@ -506,18 +568,20 @@ def _moving_part(
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = less(moving[free : (stop - begin) // width], rest)
-        disturbed, goes_on = disturbed_half_cycles(swing, math.pi / half)
+        windows = demodulate(swing, math.pi / half)
+        disturbed, goes_on = disturbed_half_cycles(windows)
         after, driven = free, 0
         if goes_on:
             # a drive that acts for longer shows as a whole
-            driven = driven_half_cycles(swing, math.pi / half)
+            driven = driven_half_cycles(swing, math.pi / half, windows)
         if driven == 0:
-            let_go = float(free)
             if disturbed > 0:
                 let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
                 first_sample = math.ceil(begin + let_go * width + shift)
-            after = max(math.ceil(let_go), free)
-            driven = driven_half_cycles(less(moving[after : (stop - begin) // width], rest), math.pi / half)
+                after = max(math.ceil(let_go), free)
+                swing = less(moving[after : (stop - begin) // width], rest)
+                windows = demodulate(swing, math.pi / half)
+            driven = driven_half_cycles(swing, math.pi / half, windows)
         if driven > 0:
             # the turning point after
             released = _nearest_turn(after + (driven + 0.5) * half, polynomial, scale, order)

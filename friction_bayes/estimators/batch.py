@@ -593,11 +593,13 @@ def _answered(
 
     def write(row: int, answer: Any, frequency: float, frequency_sd: float, **new: float) -> None:
         factors = force_factors(system, kind, unit, frequency, frequency_sd)
-        friction = equally_probable([scaled(answer, f, relative_sd=sd) for f, sd in factors])
-        length = scaled(answer, frequency**-kind.order)
-        for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
-            new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
-            new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
+        own = _moments_and_tails(answer)
+        friction, length = factors[0].factor * own, frequency**-kind.order * own
+        if len(factors) > 1 or factors[0].relative_sd > 0.0:
+            mixed = equally_probable([scaled(answer, f, relative_sd=sd) for f, sd in factors])
+            friction = _moments_and_tails(mixed)
+        for k, of in enumerate(("mean", "sd", "low", "high")):
+            new |= {f"friction_{of}": friction[k], f"friction_over_stiffness_{of}": length[k]}
         for name, value in (new | {"frequency": frequency, "frequency_sd": frequency_sd}).items():
             table[row, column[name]] = value
 
@@ -629,6 +631,11 @@ def _answered(
             new["random_force_sd"] = float(fit.random_force.sd.mean()) * force_factor(system, kind, unit)
         write(row, fit.answer, fit.frequency, fit.frequency_sd, **new)
     return table, looked_at
+
+
+def _moments_and_tails(distribution: Any) -> Array:
+    """Mean, sd and ends of the 90 % interval; these side by side, as a mixture's take sixty halvings each."""
+    return np.array([distribution.mean(), distribution.std(), *distribution.ppf(np.array(TAILS))])
 
 
 def _finite(values: Array) -> Array:

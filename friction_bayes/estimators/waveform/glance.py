@@ -128,18 +128,20 @@ def _glance_all(
                 found.white[r] = probability_of_none(means, row, forces, table) >= _NONE
 
 
-@njit(**INNER, fastmath={"reassoc", "nnan", "nsz"})
+@njit(**INNER, fastmath={"reassoc"})
 def _surely_none_stray(x: NDArray[np.float32]) -> bool:
     """Whether values of unit mean square have none far outside, nor as many or as few that hide them in it.
 
     These show in the mean fourth power, which of normal values is three, give or take sqrt(24/n).
     """
-    most = fourth = np.float32(0.0)
+    none, limit = np.float32(0.0), np.float32(SURELY_NONE**2)
+    fourth = beyond = none
     for i in range(x.size):
         square = x[i] * x[i]
-        most = max(most, square)
         fourth += square * square
-    return float(most) < SURELY_NONE**2 and float(fourth) < 3.0 * x.size + _TAILS * math.sqrt(24.0 * x.size)
+        # a sum, as compilers keep no running largest of several numbers
+        beyond += square if square >= limit else none
+    return beyond == none and float(fourth) < 3.0 * x.size + _TAILS * math.sqrt(24.0 * x.size)
 
 
 @njit(**INNER, fastmath={"reassoc", "contract"})
