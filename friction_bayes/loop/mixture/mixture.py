@@ -26,6 +26,7 @@ import numpy as np
 from scipy import special
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import TAILS
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.law_fit import LawFit
@@ -128,7 +129,13 @@ def _unknowable(fit: ForceFit) -> set[str]:
 
 
 def cells_of(fit: LawFit) -> Cells:
-    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
+    """All sets that the samples can determine and whose friction resists, under each kind of noise.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
     nothing = set.intersection(*(_unknowable(one) for one in fit.alone))
     known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
     certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
@@ -139,8 +146,14 @@ def cells_of(fit: LawFit) -> Cells:
         noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
         for (names, share), (more, probability) in pairs:
             noises[names | more] += share * probability
-    weights = [probability * known * fit.weight for probability in noises.values()]
-    return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
+    weights = np.array([probability * known * fit.weight for probability in noises.values()])
+    if not weights.any():
+        raise InputError(
+            fit.alone[0].segment.decay.name,
+            "no law whose friction resists the motion explains it",
+            "look at the record: it may leap, start over, or be driven",
+        )
+    return Cells(weights, fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
 
 
 def ranked(probability: Mapping[Names, float]) -> tuple[tuple[Names, ...], Array]:

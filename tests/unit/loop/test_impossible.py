@@ -10,13 +10,16 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.impossible import impossible, integrate_possible
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.candidates import candidates_of
+from friction_bayes.loop.mixture.mixture import cells_of
 from friction_bayes.statespace.force_grid import integrate_force
 from loop_options import loop_options
 
@@ -100,3 +103,21 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     # that one is left out, and the others of the same effects count
     found.cells = replace(found.cells, weight=np.where(same, 1.0, 0.0 * found.cells.weight))
     assert same[found.best[0].chosen]
+
+
+def test_a_record_that_no_law_explains_is_refused() -> None:
+    """As one whose angle starts over, which was read as a displacement."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.05,
+        initial_displacement=RELEASE,
+        duration=8.0,
+        sampling_rate=100.0,
+        noise_sd=1e-5,
+    )
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ["sensor_offset"])
+    assert fit is not None
+    nothing = LawFit.of(replace(fit, impossible=np.ones(len(fit.sets.effects), np.bool_)))
+    with pytest.raises(InputError, match="no law whose friction resists the motion explains it"):
+        cells_of(nothing)
