@@ -33,7 +33,7 @@ from friction_bayes.loop.report.next_experiment import (
     experiment_on_unexplained,
     next_experiment,
 )
-from friction_bayes.loop.report.result import LoopReport
+from friction_bayes.loop.report.result import LoopReport, RecordTrace
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     UNEXPLAINED,
@@ -76,7 +76,7 @@ def build_report(
     """
     rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
     mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
-    before, frequency, traces = candidates.before, mixture.frequency, candidates.traces
+    before, frequency = candidates.before, mixture.frequency
     model, effects = before.model, in_catalogue_order(mixture.sets[0])
     loss, tests = _loss(candidates, frequency), candidates.tests
     as_drawn = reported_friction(mixture.friction, frequency, model, rng_dry)
@@ -85,44 +85,19 @@ def build_report(
     forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     friction = reported_friction(mixture.friction, frequency, model, rng_after)
-    against = reasons_against(
-        is_noise=candidates.explains,
-        shift=candidates.factor * candidates.shift,
-        loss=loss,
-        held_out=held_out,
-        least_noise=candidates.least_noise,
-        friction=friction.to_dict()["interval90"],
-        witnesses=candidates.witnesses,
-        contradicted=candidates.contradicted,
-    )
+    against = _reasons_against(candidates, loss, held_out, friction)
     rubs, failed = dry["probability"], len(tests.failed)
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, rubs, failed)
     agreed = mixture.same_friction(credible_count(mixture.probabilities))
     alone = before.friction(rng_before, DRAWS)
     friction_before = reported_friction(alone, frequency, model, rng_before)
-    residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": tests.to_dict()}
-    fitted = _fitted(candidates, float(frequency.mean()))
-    known = compare_frictions(friction, friction_before, options.reference_friction) or {}
-    checked, sampled = _sampler_check(candidates, options)
-    if reference_force is not None:
-        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
-        traces = (replace(traces[0], forces=forces), *traces[1:])
+    residual, traces = _residuals(candidates, reference_force)
+    reference, sampled = _reference_check(candidates, options, friction, friction_before)
     return LoopReport(
         verdict=word,
         because=against,
-        effects=[
-            {
-                "name": name,
-                "probability": mixture.probability(name),
-                "parameters": candidates.parameters(name),
-                "lines": candidates.lines(name),
-            }
-            for name in effects
-        ],
-        candidates=[
-            {"effects": list(in_catalogue_order(names)), "probability": float(p)}
-            for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
-        ],
+        effects=[_effect(name, mixture, candidates) for name in effects],
+        candidates=_listed(mixture),
         friction_before=friction_before.to_dict(),
         friction_after=friction.to_dict(),
         friction_range=_friction_range(candidates, alone) if word == UNEXPLAINED else None,
@@ -138,9 +113,9 @@ def build_report(
         random_force=_random_force(mixture, candidates.factor, candidates.unit),
         witnesses=candidates.witnesses,
         left=candidates.left(),
-        fitted=fitted,
+        fitted=_fitted(candidates, float(frequency.mean())),
         next_experiment=_next_experiment(candidates, mixture, word, against, rubs),
-        reference_check=(known | checked) or None,
+        reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
         trail=list(candidates.trail),
@@ -149,6 +124,55 @@ def build_report(
         friction_between_records=candidates.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *candidates.notes),
     )
+
+
+def _reasons_against(
+    candidates: Candidates, loss: float, held_out: dict[str, Any], friction: Distribution
+) -> tuple[str, ...]:
+    """Reasons against the number, as from :func:`friction_bayes.loop.report.verdict.reasons_against`."""
+    return reasons_against(
+        is_noise=candidates.explains,
+        shift=candidates.factor * candidates.shift,
+        loss=loss,
+        held_out=held_out,
+        least_noise=candidates.least_noise,
+        friction=friction.to_dict()["interval90"],
+        witnesses=candidates.witnesses,
+        contradicted=candidates.contradicted,
+    )
+
+
+def _residuals(
+    candidates: Candidates, reference_force: Array | None
+) -> tuple[dict[str, Any], tuple[RecordTrace, ...]]:
+    """Tests of the residuals, before and after, and the records; with a force that was measured, if any."""
+    before, traces = candidates.before, candidates.traces
+    residual: dict[str, Any] = {
+        "before": tests_before(before).to_dict(),
+        "after": candidates.tests.to_dict(),
+    }
+    if reference_force is not None:
+        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
+        traces = (replace(traces[0], forces=forces), *traces[1:])
+    return residual, traces
+
+
+def _listed(mixture: CandidateMixture) -> list[dict[str, Any]]:
+    """Effects and probability of each candidate."""
+    return [
+        {"effects": list(in_catalogue_order(names)), "probability": float(p)}
+        for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
+    ]
+
+
+def _effect(name: str, mixture: CandidateMixture, candidates: Candidates) -> dict[str, Any]:
+    """An effect of the most probable candidate."""
+    return {
+        "name": name,
+        "probability": mixture.probability(name),
+        "parameters": candidates.parameters(name),
+        "lines": candidates.lines(name),
+    }
 
 
 def _friction_range(candidates: Candidates, alone: Array) -> dict[str, Any]:
@@ -174,14 +198,18 @@ def _next_experiment(
     return None
 
 
-def _sampler_check(candidates: Candidates, options: LoopOptions) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Friction of the most probable candidate by a sampler, if requested; and what was sampled."""
-    if not options.check:
-        return {}, None
-    found, sampled = candidates.check(options.seed)
-    effects = list(in_catalogue_order(candidates.sets[0]))
-    share = float(candidates.probabilities[0]) * found.pop("share")
-    return {"sampler": found | {"sampled": {"effects": effects, "probability": share}}}, sampled
+def _reference_check(
+    candidates: Candidates, options: LoopOptions, friction: Distribution, before: Distribution
+) -> tuple[dict[str, Any], xr.DataTree | None]:
+    """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
+    reference = compare_frictions(friction, before, options.reference_friction) or {}
+    sampled = None
+    if options.check:
+        found, sampled = candidates.check(options.seed)
+        effects = list(in_catalogue_order(candidates.sets[0]))
+        share = float(candidates.probabilities[0]) * found.pop("share")
+        reference["sampler"] = found | {"sampled": {"effects": effects, "probability": share}}
+    return reference, sampled
 
 
 def _deciding_experiment(mixture: CandidateMixture, candidates: Candidates) -> str | None:
