@@ -327,10 +327,6 @@ class Laid:
 class PreparedDecay:
     """A decay in natural units, in means of blocks, up to where it may stick.
 
-    Parameters
-    ----------
-    decay : PlainDecay
-
     Attributes
     ----------
     signal : ndarray, shape (n,)

@@ -393,12 +393,7 @@ def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
 
 
 class NoiseAccounts:
-    """All accounts of a decay, evaluated when they are first asked for: filters take most of the time.
-
-    Parameters
-    ----------
-    decay : PlainDecay
-    """
+    """All accounts of a decay, evaluated when they are first asked for: filters take most of the time."""
 
     def __init__(self, decay: PlainDecay) -> None:
         self._decay = decay
