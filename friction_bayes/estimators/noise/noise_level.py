@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
@@ -125,7 +126,7 @@ def noise_floor(
     if filter_ is not None:
         residual = filter_.gain * filter_.undone(residual)
     own, variance = burg(residual, fitted)
-    block = samples_in_mean(_angle(phase))
+    block = _samples_in_mean(phase)
     if residual.size < _FEWEST_MEANS * block:
         return math.sqrt(variance)
     # of a mean of a block to that of a sample
@@ -150,7 +151,7 @@ def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, ev
     white = SensorNoise(None, floor, weaker_above=own.order > 0 and floor**2 > variance)
     if own.order == 0 or not even:
         return white
-    angle = _angle(phase)
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
     colour = own.levelled(floor**2 / variance, angle, floor**2 / variance)
     if colour.gain(residual.size) <= colour.penalty:
         return white
@@ -165,13 +166,12 @@ def own_colour(residual: Array, phase: Array, fitted: int) -> Autoregression | N
     own, _ = burg(residual, fitted)
     if own.order == 0:
         return None
-    angle = _angle(phase)
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
     return own.levelled(own.level(angle * _OCTAVE), angle)
 
 
-def _angle(phase: Array) -> float:
-    """Mean phase from one sample to the next."""
-    return float(phase[-1] - phase[0]) / (phase.size - 1)
+def _samples_in_mean(phase: Array) -> int:
+    return samples_in_mean(float(phase[-1] - phase[0]) / (phase.size - 1))
 
 
 @njit(**KERNEL)
@@ -192,7 +192,7 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     Parameters as for :func:`noise_floor`, of even samples. The autoregressions of the samples and of means of
     a twelfth of a period are of order zero by their criterion, and there is rather no force.
     """
-    angle = _angle(phase)
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
     for block in {1, samples_of_colour(angle)}:
         if burg(block_means(residual, block), fitted / block)[0].order:
             return False
@@ -202,19 +202,26 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     return float(probability_of_none(thinned, row, forces, table)) >= RATHER_NONE
 
 
+class _WithForces(NamedTuple):
+    """By a grid of forces on a residual: mean variance of the white noise, and what is left."""
+
+    variance: float
+    left: Array
+
+
 def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
     """Variance of the white noise that is as strong as the sensor's near the motion's frequency."""
     octave = _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
-    with_forces, left = _with_forces(residual, Clock.of(phase), sensor_row(order))
-    levels = [with_forces]
-    for each in (residual, left):
+    found = _with_forces(residual, Clock.of(phase), sensor_row(order))
+    levels = [found.variance]
+    for each in (residual, found.left):
         colour, variance = burg(each, fitted)
         levels.append(variance * colour.level(octave))
     return float(np.median(levels))
 
 
-def _with_forces(residual: Array, clock: Clock, row: Array) -> tuple[float, Array]:
-    """Mean variance of the white noise over a grid of forces, none included, and what the best leaves."""
+def _with_forces(residual: Array, clock: Clock, row: Array) -> _WithForces:
+    """Average over a grid of forces, no force included."""
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1
@@ -235,4 +242,4 @@ def _with_forces(residual: Array, clock: Clock, row: Array) -> tuple[float, Arra
     if best > 0:
         states, _ = smooth(left[:, None], clock, row, float(forces.ratio[best]), float(forces.tau[best]))
         left = left - shown(states[:, :3, 0], row)
-    return float(weight @ variances), left
+    return _WithForces(float(weight @ variances), left)
