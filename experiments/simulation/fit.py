@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from experiments.simulation.coordinates import bounds_of
 from experiments.simulation.objective import Curvature, NoiseModel, Objective, Point
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction, difference_steps
@@ -68,7 +69,7 @@ class LoopFit:
     @property
     def centre(self) -> tuple[Array, float]:
         """Mode and objective of the second-order problem, beyond the bounds that hold a coordinate."""
-        low, high = self.model.bounds
+        low, high = bounds_of(self.model)
         if not np.any((self.z <= low) | (self.z >= high)):
             return self.z, self.objective
         step = cho_solve(cho_factor(self.precision), self.gradient)
@@ -155,7 +156,7 @@ def settle(fit: LoopFit) -> LoopFit:
     curvature = objective.curvature(point, difference_steps(fit.precision))
     damping = _LEAST_DAMPING
     for _ in range(_ITERATIONS):
-        move = _step(curvature.precision, curvature.gradient, point.z, fit.model.bounds)
+        move = _step(curvature.precision, curvature.gradient, point.z, bounds_of(fit.model))
         if float(curvature.gradient @ move) < _PROMISED_AT_LAST:
             break
         better, _, damping = _improved(objective, point, curvature, damping, _PROMISED_AT_LAST)
@@ -191,7 +192,7 @@ def _improved(
     move = np.zeros_like(point.z)
     while damping < _MOST_DAMPING:
         damped = precision + damping * np.diag(np.diag(precision))
-        move = _step(damped, gradient, point.z, objective.model.bounds)
+        move = _step(damped, gradient, point.z, bounds_of(objective.model))
         trial = objective.at(point.z + move)
         if trial is not None and trial.objective < point.objective:
             return trial, move, damping

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from experiments.simulation.box_probability import log_box_probability
+from experiments.simulation.coordinates import support_of
 from experiments.simulation.fit import LoopFit
 
 __all__ = ["log_evidence", "log_normalisation"]
@@ -33,7 +34,7 @@ def log_evidence(fit: LoopFit) -> float:
     value = -0.5 * objective + log_normalisation(fit)
     value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
     value += math.fsum(noise.log_volume for noise in fit.noises)
-    low, high = fit.model.support
+    low, high = support_of(fit.model)
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     block = fit.covariance[np.ix_(bounded, bounded)]
     return value + log_box_probability(centre[bounded], block, low[bounded], high[bounded])
@@ -41,7 +42,7 @@ def log_evidence(fit: LoopFit) -> float:
 
 def log_normalisation(fit: LoopFit) -> float:
     """Logarithm of the prior density of the coordinates at zero distance, within its support."""
-    low, high = fit.model.support
+    low, high = support_of(fit.model)
     normal = fit.model.prior_precision > 0.0
     mass = ndtr(high[normal]) - ndtr(low[normal])
     return float(-0.5 * math.log(2.0 * math.pi) * np.count_nonzero(normal) - np.log(mass).sum())

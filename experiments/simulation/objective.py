@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
+from experiments.simulation.coordinates import bounds_of
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
@@ -124,7 +125,7 @@ class Objective:
 
     def at(self, z: Array) -> Point | None:
         """The objective; None where the motion is not finite. Coordinates are moved within their bounds."""
-        z = self.model.within_bounds(z)
+        z = np.clip(z, *bounds_of(self.model))
         predictions, noises, densities = [], [], []
         for r, segment in enumerate(self.model.segments):
             prediction = self.model.predict(z, r)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from experiments.simulation.coordinates import bounds_of, is_angle, start_of
 from experiments.simulation.fit import LoopFit, fit_model, settle
 from experiments.simulation.objective import NoiseModel
 from friction_bayes.core.system import Oscillator
@@ -39,11 +40,11 @@ def simulated_fit(
         raise RuntimeError("no fit of the Coulomb model")
     model = plain.with_effects(names)
     more = model.coordinates[base.z.size :]
-    sizes = [c.coordinate(planted.get(f"{c.effect}.{c.name}", float(c.value(c.start)))) for c in more]
-    turns = (0.0, 0.25, 0.5, 0.75) if any(c.circular for c in more) else (0.0,)
-    starts = [[c.start for c in more]]
-    starts += [[turn if c.circular else z for c, z in zip(more, sizes, strict=True)] for turn in turns]
-    begun = (model.within_bounds(np.append(base.z, start)) for start in starts)
+    sizes = [c.coordinate(planted.get(f"{c.effect}.{c.name}", float(c.value(start_of(c))))) for c in more]
+    turns = (0.0, 0.25, 0.5, 0.75) if any(map(is_angle, more)) else (0.0,)
+    starts = [[start_of(c) for c in more]]
+    starts += [[turn if is_angle(c) else z for c, z in zip(more, sizes, strict=True)] for turn in turns]
+    begun = (np.clip(np.append(base.z, start), *bounds_of(model)) for start in starts)
     fits = [fit for z in begun if (fit := fit_model(model, noise, z)) is not None]
     if not fits:
         raise RuntimeError(f"no fit with {', '.join(names)}")

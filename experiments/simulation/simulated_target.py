@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
+from experiments.simulation.coordinates import support_of
 from experiments.simulation.fit import LoopFit
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
@@ -33,7 +34,7 @@ def target_of(fit: LoopFit, seed: int) -> Target:
         Of the draws from the normal approximation that give centre and covariance.
     """
     rng = np.random.default_rng(seed)
-    draws = truncated_draws(fit.centre[0], fit.covariance, *fit.model.support, rng, _DRAWS)
+    draws = truncated_draws(fit.centre[0], fit.covariance, *support_of(fit.model), rng, _DRAWS)
     sampled = _SampledModel(fit)
     return Target(
         names=tuple(_name(c) for c in fit.model.coordinates),
@@ -58,7 +59,7 @@ class _SampledModel:
     fit: LoopFit
 
     def _inside(self, z: Array) -> Mask:
-        low, high = self.fit.model.support
+        low, high = support_of(self.fit.model)
         return np.asarray(np.all((z >= low) & (z <= high), axis=1))
 
     def log_prior(self, z: Array) -> Array:
@@ -90,7 +91,7 @@ class _SampledModel:
         return np.array(signals) + self.fit.noises[0].sd * rng.standard_normal((len(z), size))
 
     def prior_draws(self, rng: np.random.Generator, n: int) -> Array:
-        low, high = self.fit.model.support
+        low, high = support_of(self.fit.model)
         flat = self.fit.model.prior_precision == 0.0
         least, most = np.where(flat, 0.0, ndtr(low)), np.where(flat, 1.0, ndtr(high))
         u = least + (most - least) * rng.random((n, self.fit.z.size))

@@ -385,11 +385,7 @@ def _taken_as_exact(factors: tuple[ForceFactor, ...]) -> bool:
 def force_notes(decay: FreeDecay, fit: Fit, *, slower_swings: bool = False) -> list[str]:
     """Notes on the friction force that follows from a fit of the signal.
 
-    Parameters
-    ----------
-    decay, fit
-    slower_swings : bool
-        Whether the frequency is known to be that of large swings, which are slower.
+    With ``slower_swings`` the frequency is known to be that of large swings, which are slower.
 
     Warns
     -----

@@ -59,14 +59,8 @@ def answer_parts(posterior: Any, witness: Witness | None, uneven: UnevenLoss | N
 
     A posterior that the witness contradicts and the witness share what is reported; one that it bounds is as
     wide as the witness. Friction under an uneven loss that the amplitudes alone show has the probability of
-    that, unless this is sure and the witness is of it.
-
-    Parameters
-    ----------
-    posterior : Mixture or frozen Student t
-        Of the friction coefficient.
-    witness : Witness or None
-    uneven : UnevenLoss or None
+    that, unless this is sure and the witness is of it. The posterior, a Mixture or frozen Student t, is of
+    the friction coefficient.
     """
     if witness is None:
         found = [AnswerPart(1.0, posterior)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from friction_bayes.core.summary import Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.forecast import Forecast, forecast_records, held_out_error, with_forecasts
+from friction_bayes.loop.checks.forecast import forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
 from friction_bayes.loop.data.friction import Distribution, dry_friction, friction_of_loss, reported_friction
 from friction_bayes.loop.data.model import LoopModel
@@ -33,7 +33,7 @@ from friction_bayes.loop.report.next_experiment import (
     experiment_on_unexplained,
     next_experiment,
 )
-from friction_bayes.loop.report.result import LoopReport
+from friction_bayes.loop.report.result import LoopReport, RecordTrace
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     UNEXPLAINED,
@@ -45,76 +45,10 @@ from friction_bayes.loop.report.verdict import (
 from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["Judgement", "build_report", "judge"]
+__all__ = ["build_report"]
 
 _ROUNDING = 0.05
 """Share of a half cycle by which three may fall short, their frequency being known so well."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Judgement:
-    """The verdict, the numbers that led to it, and the mixture of all candidates.
-
-    Reasons ``against`` the number are as from :func:`friction_bayes.loop.report.verdict.reasons_against`,
-    frictions as they are reported, and forecasts of Coulomb friction alone and of all laws, one a record.
-    """
-
-    word: str
-    against: tuple[str, ...]
-    mixture: CandidateMixture
-    friction: Distribution
-    friction_before: Distribution
-    friction_range: dict[str, Any] | None
-    dry: dict[str, Any]
-    held_out: dict[str, Any]
-    friction_agreed: bool
-    forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
-
-
-def judge(candidates: Candidates, rng: np.random.Generator) -> Judgement:
-    """The mixture of candidates, and the verdict on the most probable by its consequences."""
-    rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
-    mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
-    before, frequency = candidates.before, mixture.frequency
-    model = before.model
-    loss, factor = _loss(candidates, frequency), candidates.factor
-    friction = reported_friction(mixture.friction, frequency, model, rng_dry)
-    dry = dry_friction(friction, loss, candidates.tolerance)
-    predicted = forecast_records(before), candidates.forecasts()
-    forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
-    held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
-    after = reported_friction(mixture.friction, frequency, model, rng_after)
-    against = reasons_against(
-        is_noise=candidates.explains,
-        shift=factor * candidates.shift,
-        loss=loss,
-        held_out=held_out,
-        least_noise=candidates.least_noise,
-        friction=after.to_dict()["interval90"],
-        witnesses=candidates.witnesses,
-        contradicted=candidates.contradicted,
-    )
-    failed = len(candidates.tests.failed)
-    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"], failed)
-    count = credible_count(mixture.probabilities)
-    # all agree on a friction that may be zero
-    agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
-    alone, readings = before.friction(rng_before, DRAWS), None
-    if word == UNEXPLAINED:
-        by_all = candidates.by_all_sets
-        readings = {"Coulomb friction alone": alone, "the sets evaluated along the measured motion": by_all}
-    return Judgement(
-        word=word,
-        against=against,
-        mixture=mixture,
-        friction=after,
-        friction_before=reported_friction(alone, frequency, model, rng_before),
-        friction_range=friction_range(readings, factor, candidates.unit) if readings else None,
-        dry=dry,
-        held_out=held_out,
-        friction_agreed=agreed and not against,
-        forecasts=forecasts,
-    )
 
 
 def _loss(candidates: Candidates, frequency: Array) -> float:
@@ -140,80 +74,135 @@ def build_report(
     Timed from ``started``, a reading of ``time.perf_counter``; a measured force is as from
     :func:`friction_bayes.loop.report.comparisons.validate_force`.
     """
-    judged = judge(candidates, rng)
-    mixture, before = judged.mixture, candidates.before
-    model = before.model
-    traces = candidates.traces
-    effects = in_catalogue_order(mixture.sets[0])
-    residual: dict[str, Any] = {"before": tests_before(before).to_dict(), "after": candidates.tests.to_dict()}
-    fitted = _fitted(candidates, float(mixture.frequency.mean()))
-    reference, sampled = _reference_check(judged, candidates, options)
-    if reference_force is not None:
-        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
-        traces = (replace(traces[0], forces=forces), *traces[1:])
+    rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
+    mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
+    before, frequency = candidates.before, mixture.frequency
+    model, effects = before.model, in_catalogue_order(mixture.sets[0])
+    loss, tests = _loss(candidates, frequency), candidates.tests
+    as_drawn = reported_friction(mixture.friction, frequency, model, rng_dry)
+    dry = dry_friction(as_drawn, loss, candidates.tolerance)
+    predicted = forecast_records(before), candidates.forecasts()
+    forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
+    held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
+    friction = reported_friction(mixture.friction, frequency, model, rng_after)
+    against = _reasons_against(candidates, loss, held_out, friction)
+    rubs, failed = dry["probability"], len(tests.failed)
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, rubs, failed)
+    agreed = mixture.same_friction(credible_count(mixture.probabilities))
+    alone = before.friction(rng_before, DRAWS)
+    friction_before = reported_friction(alone, frequency, model, rng_before)
+    residual, traces = _residuals(candidates, reference_force)
+    reference, sampled = _reference_check(candidates, options, friction, friction_before)
     return LoopReport(
-        verdict=judged.word,
-        because=judged.against,
-        effects=[
-            {
-                "name": name,
-                "probability": mixture.probability(name),
-                "parameters": candidates.parameters(name),
-                "lines": candidates.lines(name),
-            }
-            for name in effects
-        ],
-        candidates=[
-            {"effects": list(in_catalogue_order(names)), "probability": float(p)}
-            for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
-        ],
-        friction_before=judged.friction_before.to_dict(),
-        friction_after=judged.friction.to_dict(),
-        friction_range=judged.friction_range,
-        friction_agreed=judged.friction_agreed,
+        verdict=word,
+        because=against,
+        effects=[_effect(name, mixture, candidates) for name in effects],
+        candidates=_listed(mixture),
+        friction_before=friction_before.to_dict(),
+        friction_after=friction.to_dict(),
+        friction_range=_friction_range(candidates, alone) if word == UNEXPLAINED else None,
+        # all agree on a friction that may be zero
+        friction_agreed=agreed and rubs >= settings.SETTINGS.credible_mass and not against,
         prior_sensitivity=prior_sensitivity(mixture, len(candidates.evaluated)),
-        dry_friction=judged.dry,
-        held_out_error=judged.held_out,
+        dry_friction=dry,
+        held_out_error=held_out,
         residual=residual,
         noise=candidates.noise(),
-        paper_procedure=paper_procedure(*candidates.simulated(), judged.friction, effects),
+        paper_procedure=paper_procedure(*candidates.simulated(), friction, effects),
         frequency=_frequency(mixture, model),
         random_force=_random_force(mixture, candidates.factor, candidates.unit),
         witnesses=candidates.witnesses,
         left=candidates.left(),
-        fitted=fitted,
-        next_experiment=_next_experiment(judged, candidates),
+        fitted=_fitted(candidates, float(frequency.mean())),
+        next_experiment=_next_experiment(candidates, mixture, word, against, rubs),
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
         trail=list(candidates.trail),
-        traces=with_forecasts(traces, *judged.forecasts),
-        posterior=_posterior(candidates, judged.friction, options.seed, sampled, rng),
+        traces=with_forecasts(traces, *forecasts),
+        posterior=_posterior(candidates, friction, options.seed, sampled, rng),
         friction_between_records=candidates.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *candidates.notes),
     )
 
 
-def _next_experiment(judged: Judgement, candidates: Candidates) -> str | None:
+def _reasons_against(
+    candidates: Candidates, loss: float, held_out: dict[str, Any], friction: Distribution
+) -> tuple[str, ...]:
+    """Reasons against the number, as from :func:`friction_bayes.loop.report.verdict.reasons_against`."""
+    return reasons_against(
+        is_noise=candidates.explains,
+        shift=candidates.factor * candidates.shift,
+        loss=loss,
+        held_out=held_out,
+        least_noise=candidates.least_noise,
+        friction=friction.to_dict()["interval90"],
+        witnesses=candidates.witnesses,
+        contradicted=candidates.contradicted,
+    )
+
+
+def _residuals(
+    candidates: Candidates, reference_force: Array | None
+) -> tuple[dict[str, Any], tuple[RecordTrace, ...]]:
+    """Tests of the residuals, before and after, and the records; with a force that was measured, if any."""
+    before, traces = candidates.before, candidates.traces
+    residual: dict[str, Any] = {
+        "before": tests_before(before).to_dict(),
+        "after": candidates.tests.to_dict(),
+    }
+    if reference_force is not None:
+        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
+        traces = (replace(traces[0], forces=forces), *traces[1:])
+    return residual, traces
+
+
+def _listed(mixture: CandidateMixture) -> list[dict[str, Any]]:
+    """Effects and probability of each candidate."""
+    return [
+        {"effects": list(in_catalogue_order(names)), "probability": float(p)}
+        for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
+    ]
+
+
+def _effect(name: str, mixture: CandidateMixture, candidates: Candidates) -> dict[str, Any]:
+    """An effect of the most probable candidate."""
+    return {
+        "name": name,
+        "probability": mixture.probability(name),
+        "parameters": candidates.parameters(name),
+        "lines": candidates.lines(name),
+    }
+
+
+def _friction_range(candidates: Candidates, alone: Array) -> dict[str, Any]:
+    """Between which readings of an unexplained record friction lies, ``alone`` by Coulomb friction."""
+    by_all = candidates.by_all_sets
+    readings = {"Coulomb friction alone": alone, "the sets evaluated along the measured motion": by_all}
+    return friction_range(readings, candidates.factor, candidates.unit)
+
+
+def _next_experiment(
+    candidates: Candidates, mixture: CandidateMixture, word: str, against: tuple[str, ...], rubs: float
+) -> str | None:
     """The next experiment, where the verdict leaves a question open."""
-    if judged.word == AMBIGUOUS and (deciding := _deciding_experiment(judged.mixture, candidates)):
+    if word == AMBIGUOUS and (deciding := _deciding_experiment(mixture, candidates)):
         return deciding
-    rubs, least = judged.dry["probability"], settings.SETTINGS.credible_mass
-    if judged.word == AMBIGUOUS and not judged.against and 1.0 - least < rubs < least:
+    least = settings.SETTINGS.credible_mass
+    if word == AMBIGUOUS and not against and 1.0 - least < rubs < least:
         return WHETHER_IT_RUBS
     failed = candidates.tests.failed
-    if judged.against or (judged.word == AMBIGUOUS and len(failed) > 1):
+    if against or (word == AMBIGUOUS and len(failed) > 1):
         depends_on = candidates.left()["depends_on"]
-        return experiment_on_unexplained(depends_on, failed, judged.against, len(candidates.best))
+        return experiment_on_unexplained(depends_on, failed, against, len(candidates.best))
     return None
 
 
 def _reference_check(
-    judged: Judgement, candidates: Candidates, options: LoopOptions
+    candidates: Candidates, options: LoopOptions, friction: Distribution, before: Distribution
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
-    known = options.reference_friction
-    reference = compare_frictions(judged.friction, judged.friction_before, known) or {}
+    reference = compare_frictions(friction, before, options.reference_friction) or {}
     sampled = None
     if options.check:
         found, sampled = candidates.check(options.seed)

@@ -16,10 +16,9 @@ from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import words
 from friction_bayes.loop.build_report import build_report
 from friction_bayes.loop.columns.moving_record import why_not_evaluated
-from friction_bayes.loop.data.held_start import free_from
 from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
-from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.data.prepared_record import Segment, cut_records, free_from
 from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.loop.report.comparisons import validate_force
 from friction_bayes.loop.report.result import LoopReport

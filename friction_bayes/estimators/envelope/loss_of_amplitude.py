@@ -63,17 +63,9 @@ EXACT_TO = 5e-4
 
 
 def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
-    """Friction coefficient of the signal by its loss of amplitude.
+    """Friction coefficient of the signal by its loss of amplitude; None where too few half cycles give it.
 
-    Parameters
-    ----------
-    decay : FreeDecay
-
-    Returns
-    -------
-    Mixture or None
-        In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
-        few half cycles determine it.
+    In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`.
     """
     found = _law(decay, damped=False)
     return None if found is None else found.posterior.coefficient
@@ -109,20 +101,13 @@ class UnevenLoss(NamedTuple):
 def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
     r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
+    None where there are too few half cycles to compute it, or no amplitude is lost.
+
     The amplitude loses ``c`` times its integral over the record, of length one, as well. That takes a share
     of all that is lost, as fitted, which is normal about zero with the sds of :data:`UNEVEN_PRIOR`: the
     record itself has the scale. Below zero it is no damping, but friction that grows with time or as the
     motion slows, or a sensor that shows large swings too small. Prior and noise are in proportion, as in
     :mod:`friction_bayes.statespace.subset_evidence`, so that evidences are in closed form.
-
-    Parameters
-    ----------
-    decay : FreeDecay
-
-    Returns
-    -------
-    UnevenLoss or None
-        None where there are too few half cycles to compute it, or no amplitude is lost.
     """
     law = _law(decay, damped=True)
     if law is None:

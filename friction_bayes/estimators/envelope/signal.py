@@ -49,17 +49,7 @@ def small_motion_frequency(
 
 
 def envelope_signal(polynomial: Array, samples: int, order: int, mean: Array, swing: float) -> Array:
-    """Fitted signal of one record, shape (samples,).
-
-    Parameters
-    ----------
-    polynomial : ndarray, shape (k,)
-    samples : int
-    order : int
-    mean : ndarray, shape (3,)
-    swing : float
-        As for :func:`small_motion_frequency`.
-    """
+    """Fitted signal of one record, shape (samples,); the rest is as for :func:`small_motion_frequency`."""
     positions = np.linspace(-1.0, 1.0, samples)
     chi, half, amplitude = (a[0] for a in _linear_swing(polynomial[None], order, mean[None], positions))
     shift = np.where(half % 2.0 == 0.0, mean[1], -mean[1]) if order == 0 else 0.0

@@ -26,7 +26,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
 from friction_bayes.estimators.noise.added_columns import AddedColumns
-from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, likely_filters
+from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, filters_along
 from friction_bayes.estimators.noise.free_corners import (
     corner_columns,
     corner_scale,
@@ -327,10 +327,6 @@ class Laid:
 class PreparedDecay:
     """A decay in natural units, in means of blocks, up to where it may stick.
 
-    Parameters
-    ----------
-    decay : PlainDecay
-
     Attributes
     ----------
     signal : ndarray, shape (n,)
@@ -390,16 +386,10 @@ class PreparedDecay:
         # noise that is mostly rounding, of whatever spectrum, came after any filter
         if self._is_rounding or not regression.clock.even:
             return FoundFilters()
-        free = laid.with_free_corners(self.friction).regression.columns
-        phase = regression.clock.phase
         signal = np.where(self._missing, np.nan, self.natural(laid))
-        angle = float(phase[-1] - phase[0]) / (phase.size - 1)
         known = self.natural(laid) - regression.target
-        averaged = regression.columns.copy()
-        averaged[:, regression.names.index("friction")] -= laid.path.missed_jumps(laid.order)
-        return likely_filters(
-            signal, known, regression.columns, free, angle, laid.order, averaged=averaged, only=only
-        )
+        friction = regression.names.index("friction")
+        return filters_along(laid.path, laid.order, signal, known, regression.columns, friction, only)
 
     def along_fit(self) -> Laid:
         """Regression along the trajectory that was fitted."""

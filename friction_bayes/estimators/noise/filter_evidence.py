@@ -31,6 +31,7 @@ from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.special import expit, gammainc, softmax
 
 from friction_bayes.core.arrays import Array, Complexes
+from friction_bayes.estimators.noise.free_corners import corner_columns
 from friction_bayes.estimators.noise.recording_filters import (
     FILTERED,
     FilterKind,
@@ -42,9 +43,10 @@ from friction_bayes.estimators.noise.recording_filters import (
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, likeness
 from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
 from friction_bayes.statespace.force_grid import humps
+from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
-__all__ = ["FoundFilters", "FoundKind", "likely_filters"]
+__all__ = ["FoundFilters", "FoundKind", "filters_along", "likely_filters"]
 
 _LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
@@ -217,6 +219,27 @@ def likely_filters(
     if only is None and np.isfinite(signal).all():
         found = [with_unlisted(each) if each.log_evidence > log_other else each for each in found]
     return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
+
+
+def filters_along(
+    path: MeasuredPath,
+    order: int,
+    signal: Array,
+    known: Array,
+    columns: Array,
+    friction: int,
+    only: str | None = None,
+) -> FoundFilters:
+    """The filters that a record of a motion along a path, even in time, most likely went through.
+
+    Which of the columns is that of dry friction, whose force jumps, says ``friction``; all else, of shapes
+    and meaning, is as for :func:`likely_filters`.
+    """
+    corners = np.hstack([columns, corner_columns(path)])
+    angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
+    averaged = columns.copy()
+    averaged[:, friction] -= path.missed_jumps(order)
+    return likely_filters(signal, known, columns, corners, angle, order, averaged=averaged, only=only)
 
 
 def _filled(signal: Array, rows: Array) -> Array:

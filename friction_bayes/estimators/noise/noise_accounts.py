@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -87,7 +87,118 @@ _SAME = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class NoiseAccount:
+class _Evaluated:
+    """A regression along a path with its posterior, or the part of that with a force, or without."""
+
+    laid: Laid = field(repr=False)
+    posterior: Posterior = field(repr=False)
+    prior: ForcePrior = field(repr=False)
+    log_prior: float = field(repr=False)
+    weaker_above: bool = False
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the record in the unit of its signal, up to what all accounts share."""
+        clock = self.laid.regression.clock
+        samples = int(np.count_nonzero(clock.used))
+        value = self.log_prior + self.posterior.log_evidence - samples * math.log(self.laid.unit)
+        colour = clock.autoregression
+        return value if colour is None else value - colour.penalty
+
+    def along(self, laid: Laid) -> _Evaluated:
+        """The same account along a path, or under another noise."""
+        return _evaluated(laid, self.prior, self.log_prior, forced=self.forced)
+
+    @property
+    def forced(self) -> bool:
+        """Whether there is a random force."""
+        return bool(np.any(self.posterior.ratio > 0.0))
+
+    @property
+    def coloured(self) -> bool:
+        return self.laid.regression.clock.autoregression is not None
+
+    @property
+    def of_white_noise(self) -> bool:
+        """Whether its noise is white, as near the motion's frequency as far above it."""
+        return not (self.coloured or self.weaker_above)
+
+    @property
+    def free_corners(self) -> bool:
+        return self.laid.has_free_corners
+
+    @property
+    def filter(self) -> RecordingFilter | None:
+        return self.laid.filter
+
+    @property
+    def kind(self) -> tuple[str, bool]:
+        """Of the law, and whether there is a random force."""
+        return self.laid.kind, self.forced
+
+    @cached_property
+    def share_of_sets(self) -> Array:
+        """Probability of each set of columns, shape (m,)."""
+        return np.asarray(self.posterior.weight.sum(axis=0))
+
+    @cached_property
+    def others(self) -> dict[str, float]:
+        """Probability of each other force than dry friction, by its name; empty where the law has none."""
+        if not self.laid.has_other_forces:
+            return {}
+        return dict(zip(FORCES, (self.share_of_sets @ self.laid.acting).tolist(), strict=True))
+
+    @property
+    def sets_of_forces(self) -> list[Indices]:
+        """Places of the sets of the same other forces, the most probable forces first."""
+        which = np.unique(self.laid.acting, axis=0, return_inverse=True)[1].ravel()
+        found = [np.flatnonzero(which == each) for each in range(which.max() + 1)]
+        return sorted(found, key=lambda rows: -float(self.share_of_sets[rows].sum()))
+
+    @property
+    def fewer(self) -> float:
+        """Factor on a width that does not count what the samples determine, see :func:`over_noise`."""
+        if not self.others:
+            return 1.0
+        regression = self.laid.regression
+        samples = int(np.count_nonzero(regression.clock.used))
+        return math.sqrt(samples / max(samples - int(regression.sets[0].sum()), 1))
+
+    @property
+    def noise_floor(self) -> float:
+        """Sd of white noise as strong as the residual near the motion's frequency."""
+        regression, filter_ = self.laid.regression, self.laid.filter
+        fitted = len(regression.names)
+        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, filter_)
+
+    def noise(self, floor: float) -> SensorNoise:
+        """Noise of that floor with the colour of the residual."""
+        regression = self.laid.regression
+        clock = regression.clock
+        return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
+
+    @property
+    def own_colour(self) -> Autoregression | None:
+        """Colour of the residual; None where it is white, or the samples are uneven."""
+        clock = self.laid.regression.clock
+        return own_colour(self._left, clock.phase, len(self.laid.regression.names)) if clock.even else None
+
+    @cached_property
+    def _left(self) -> Array:
+        """Residual of the law and the most probable force; samples that do not count are interpolated."""
+        regression, force = self.laid.regression, self.posterior.best
+        clock = regression.clock
+        left = regression.residual(self.posterior.best_law())
+        if force.ratio > 0.0:
+            states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
+            left = left - shown(states[:, :3, 0], regression.row)
+        used = clock.used
+        index = np.arange(used.size)
+        return np.interp(index, index[used], left[used])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class NoiseAccount(_Evaluated):
     """An account of the residual, its posterior in units of the signal computed when it is first read.
 
     Attributes
@@ -118,30 +229,9 @@ class NoiseAccount:
         Of the whitened residuals at the most probable random force.
     """
 
-    _part: _Evaluated = field(repr=False)
-    _prepared: PreparedDecay = field(repr=False)
+    prepared: PreparedDecay = field(repr=False)
     probability: float
     unlisted: float | None = None
-
-    @property
-    def coloured(self) -> bool:
-        return self._part.laid.regression.clock.autoregression is not None
-
-    @property
-    def weaker_above(self) -> bool:
-        return self._part.weaker_above
-
-    @property
-    def forced(self) -> bool:
-        return self._part.has_force
-
-    @property
-    def free_corners(self) -> bool:
-        return self._part.laid.has_free_corners
-
-    @property
-    def others(self) -> dict[str, float]:
-        return self._part.others
 
     @cached_property
     def other_loss(self) -> UnevenLoss | None:
@@ -149,7 +239,7 @@ class NoiseAccount:
         share, given = self._given(LOSSES)
         if given is None:
             return None
-        regression = self._part.laid.regression
+        regression = self.laid.regression
         return UnevenLoss(
             probability=self.probability * share,
             faster=falls_faster(regression.names, given.best_law(), regression.scale),
@@ -162,23 +252,18 @@ class NoiseAccount:
         share, given = self._given((name,))
         if given is None:
             return 0.0, 0.0
-        own = np.array(self._part.laid.regression.names) == name
+        own = np.array(self.laid.regression.names) == name
         return self.probability * share, float(given.best_law()[own].sum())
 
     def _given(self, forces: Sequence[str]) -> tuple[float, Posterior | None]:
         """Probability that some of these forces act, and the posterior then; None where they do not."""
-        part = self._part
-        if not part.others:
+        if not self.others:
             return 0.0, None
-        having = part.laid.acting[:, [name in forces for name in FORCES]].any(axis=1)
-        share = float(part.share_of_sets[having].sum())
+        having = self.laid.acting[:, [name in forces for name in FORCES]].any(axis=1)
+        share = float(self.share_of_sets[having].sum())
         if share == 0.0:
             return 0.0, None
-        return share, part.posterior.among(np.broadcast_to(having, part.posterior.weight.shape))
-
-    @property
-    def filter(self) -> RecordingFilter | None:
-        return self._part.laid.filter
+        return share, self.posterior.among(np.broadcast_to(having, self.posterior.weight.shape))
 
     @property
     def gain(self) -> float:
@@ -219,11 +304,10 @@ class NoiseAccount:
 
     @cached_property
     def _posterior(self) -> Posterior:
-        part = self._part
-        if part.others:
+        if self.others:
             # of several sets the noise is taken as found
-            return part.posterior
-        return over_noise(_apart(part.laid.regression), part.posterior, part.prior)
+            return self.posterior
+        return over_noise(_apart(self.laid.regression), self.posterior, self.prior)
 
     @cached_property
     def _stiffness(self) -> Mixture:
@@ -231,16 +315,16 @@ class NoiseAccount:
 
     @property
     def frequency(self) -> float:
-        return self._part.laid.frequency * frequency_change(self._stiffness.mean())
+        return self.laid.frequency * frequency_change(self._stiffness.mean())
 
     @property
     def frequency_sd(self) -> float:
-        return 0.5 * self._part.laid.frequency**2 / self.frequency * self._stiffness.std()
+        return 0.5 * self.laid.frequency**2 / self.frequency * self._stiffness.std()
 
     @property
     def _unit(self) -> float:
         # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
-        unit = self._part.laid.frequency**2 * self.frequency ** (self._prepared.decay.order - 2)
+        unit = self.laid.frequency**2 * self.frequency ** (self.prepared.decay.order - 2)
         return unit if self.unlisted is None else unit / self.unlisted
 
     @cached_property
@@ -254,16 +338,16 @@ class NoiseAccount:
     @property
     def _noise_unit(self) -> float:
         # of a sample, where the regression has means of blocks
-        return self._part.laid.unit * math.sqrt(self._prepared.decay.block)
+        return self.laid.unit * math.sqrt(self.prepared.decay.block)
 
     def prediction(self, fitted: Array, time: Array) -> Array:
         """Signal under the law, at the samples of one that was ``fitted``, shape (n,) both.
 
         It is the fitted one where the mass may stick. ``time`` is from the first sample [s].
         """
-        prepared, laid = self._prepared, self._part.laid
+        prepared, laid = self.prepared, self.laid
         regression, order = laid.regression, laid.order
-        law = laid.unit * (regression.columns @ self._part.posterior.best_law() - regression.target)
+        law = laid.unit * (regression.columns @ self.posterior.best_law() - regression.target)
         law += prepared.signal
         # of means of blocks the motion that was fitted, which an accelerometer does not read
         about = fitted - prepared.decay.rest_position
@@ -276,12 +360,12 @@ class NoiseAccount:
 
     @property
     def correlation_time(self) -> stats.distributions.rv_frozen:
-        return _scaled_log_normal(self._posterior.correlation_time, 1.0 / self._part.laid.frequency)
+        return _scaled_log_normal(self._posterior.correlation_time, 1.0 / self.laid.frequency)
 
     @property
     def innovations(self) -> Whiteness:
-        regression, best = self._part.laid.regression, self._part.posterior.best
-        innovations = regression.innovations(self._part.posterior.best_law(), best.ratio, best.tau)
+        regression, best = self.laid.regression, self.posterior.best
+        innovations = regression.innovations(self.posterior.best_law(), best.ratio, best.tau)
         return whiteness(innovations[regression.clock.used])
 
     def parts(self, force_factor: float) -> list[PosteriorPart]:
@@ -290,17 +374,16 @@ class NoiseAccount:
         Given the factor from ``coefficient`` to force. Sets that differ in a prior sd or a shape are one, the
         most probable.
         """
-        part = self._part
-        if not part.others:
+        if not self.others:
             return [self._part_of(0, self.probability, self.coefficient, force_factor)]
         found: list[PosteriorPart] = []
-        for rows in part.sets_of_forces:
-            probability = self.probability * float(part.share_of_sets[rows].sum())
+        for rows in self.sets_of_forces:
+            probability = self.probability * float(self.share_of_sets[rows].sum())
             if probability >= SLIGHT or not found:
-                row = int(rows[np.argmax(part.share_of_sets[rows])])
-                mine = np.zeros_like(part.posterior.weight, dtype=np.bool_)
+                row = int(rows[np.argmax(self.share_of_sets[rows])])
+                mine = np.zeros_like(self.posterior.weight, dtype=np.bool_)
                 mine[:, row] = True
-                coefficient = part.posterior.among(mine).coefficient("friction")
+                coefficient = self.posterior.among(mine).coefficient("friction")
                 found.append(self._part_of(row, probability, self._in_unit(coefficient), force_factor))
         return found
 
@@ -308,15 +391,15 @@ class NoiseAccount:
         self, row: int, probability: float, coefficient: Mixture, force_factor: float
     ) -> PosteriorPart:
         build = partial(self._target, force_factor, row)
-        acting = self._part.laid.acting[row]
+        acting = self.laid.acting[row]
         name = self._named([name for name, acts in zip(FORCES, acting, strict=True) if acts])
         return PosteriorPart(name, probability, self.forced, coefficient, build)
 
     def _in_unit(self, coefficient: Mixture) -> Mixture:
-        return coefficient.scaled(self._unit).widened(self._part.fewer)
+        return coefficient.scaled(self._unit).widened(self.fewer)
 
     def _target(self, force_factor: float, row: int) -> Target:
-        laid = self._part.laid
+        laid = self.laid
         problem = _apart(laid.regression.of_columns(laid.regression.sets[row]))
         names = [problem.names[j] for j in problem.shared]
         friction, stiffness = names.index("friction"), names.index("stiffness")
@@ -338,9 +421,9 @@ class NoiseAccount:
 
         return law_target(
             problem,
-            self._prepared.prior if forced else None,
+            self.prepared.prior if forced else None,
             natural=natural,
-            signals=[self._prepared.signal + self._prepared.decay.rest_position],
+            signals=[self.prepared.signal + self.prepared.decay.rest_position],
             unit=laid.unit,
         )
 
@@ -377,28 +460,23 @@ class RecordEvidence(NamedTuple):
 def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
     """Evidence of a record from its accounts, which are behind no filter."""
     best = max(accounts, key=lambda account: account.probability)
-    prepared, part = best._prepared, best._part
-    used = part.laid.regression.clock.used
+    prepared, laid = best.prepared, best.laid
+    used = laid.regression.clock.used
     n = np.count_nonzero(used)
     # accounts compare without what all have of the integral over the noise
     shared = float(gammaln(0.5 * n)) - 0.5 * n * math.log(2.0 * math.pi)
     return RecordEvidence(
         time=prepared.time[used],
         signal=prepared.signal[used],
-        noise=part.posterior.noise_sd * part.laid.unit,
-        log_density=part.log_evidence - math.log(best.probability) + shared,
+        noise=best.posterior.noise_sd * laid.unit,
+        log_density=best.log_evidence - math.log(best.probability) + shared,
         order=prepared.decay.order,
-        frequency=part.laid.frequency,
+        frequency=laid.frequency,
     )
 
 
 class NoiseAccounts:
-    """All accounts of a decay, evaluated when they are first asked for: filters take most of the time.
-
-    Parameters
-    ----------
-    decay : PlainDecay
-    """
+    """All accounts of a decay, evaluated when they are first asked for: filters take most of the time."""
 
     def __init__(self, decay: PlainDecay) -> None:
         self._decay = decay
@@ -444,7 +522,7 @@ class NoiseAccounts:
         """Accounts of what was found, and one of other forces with a random one where either is needed."""
         if not self._white_noise_explains:
             found = _with_both(self._prepared, found)
-        return tuple(NoiseAccount(each.part, self._prepared, each.value, each.gain) for each in found)
+        return tuple(each.account(self._prepared) for each in found)
 
 
 def _behind_no_filter(prepared: PreparedDecay) -> tuple[Laid, list[tuple[_Evaluated, float]]]:
@@ -486,7 +564,12 @@ class _Found(NamedTuple):
     @property
     def of_filter(self) -> bool:
         """Whether a filter explains the record without a force, or one that is not listed may do so."""
-        return self.gain is not None or not self.part.has_force
+        return self.gain is not None or not self.part.forced
+
+    def account(self, prepared: PreparedDecay) -> NoiseAccount:
+        """The account of a decay, where its value is the probability."""
+        part = {each.name: getattr(self.part, each.name) for each in fields(_Evaluated)}
+        return NoiseAccount(**part, prepared=prepared, probability=self.value, unlisted=self.gain)
 
 
 class _Shape(NamedTuple):
@@ -544,7 +627,7 @@ def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]
     By the odds of both against one of the two, the more probable one, in its most probable account, which
     represents all of them; where neither is rather needed, both are not.
     """
-    forced = [each for each in found if each.part.has_force]
+    forced = [each for each in found if each.part.forced]
     others = [each for each in found if each.part.laid.has_other_forces]
     base = max(forced, others, key=_total)
     if _total(base) < 0.5:
@@ -572,7 +655,7 @@ def _total(found: Sequence[_Found]) -> float:
 
 def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
     """Log evidence of filters without a force."""
-    return float(np.logaddexp.reduce([-math.inf, *(each.value for each in found if not each.part.has_force)]))
+    return float(np.logaddexp.reduce([-math.inf, *(each.value for each in found if not each.part.forced)]))
 
 
 def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
@@ -592,10 +675,10 @@ def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: in
     log_odds, left = None, sum(share for share, _ in behind)
     for (share, _), each in zip(behind, shapes, strict=True):
         parts = _under_floor(prepared, each, floor, forces=log_odds is None)
-        log_none = logsumexp([part.log_evidence for part in parts if not part.has_force])
+        log_none = logsumexp([part.log_evidence for part in parts if not part.forced])
         of_force = share
         if log_odds is None:
-            odds = logsumexp([part.log_evidence for part in parts if part.has_force]) - log_none
+            odds = logsumexp([part.log_evidence for part in parts if part.forced]) - log_none
             if odds < math.log(SLIGHT):
                 log_odds, of_force = odds, left
         else:
@@ -603,7 +686,7 @@ def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: in
         left -= share
         log_kind = kind.log_evidence - log_none - odds
         listed = [
-            _Found(part, log_kind + math.log(of_force if part.has_force else share) + part.log_evidence)
+            _Found(part, log_kind + math.log(of_force if part.forced else share) + part.log_evidence)
             for part in parts
         ]
         filter_ = each[0].still.laid.filter
@@ -646,7 +729,7 @@ def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool
         sum(
             share
             for part, share in evaluated
-            if part.of_white_noise and not part.has_force and part.laid.has_free_corners == free
+            if part.of_white_noise and not part.forced and part.laid.has_free_corners == free
         )
         for free in (False, True)
     )
@@ -817,105 +900,6 @@ def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Eval
         coloured = [white.along(laid.with_noise(noise.coloured_floor, noise.colour)) for laid in paths]
         parts.append(_best(coloured))
     return parts
-
-
-@dataclass(frozen=True, eq=False)
-class _Evaluated:
-    """A regression along a path with its posterior, or the part of that with a force, or without."""
-
-    laid: Laid
-    posterior: Posterior
-    prior: ForcePrior
-    log_prior: float
-    weaker_above: bool = False
-
-    @property
-    def log_evidence(self) -> float:
-        """Of the record in the unit of its signal, up to what all accounts share."""
-        clock = self.laid.regression.clock
-        samples = int(np.count_nonzero(clock.used))
-        value = self.log_prior + self.posterior.log_evidence - samples * math.log(self.laid.unit)
-        colour = clock.autoregression
-        return value if colour is None else value - colour.penalty
-
-    def along(self, laid: Laid) -> _Evaluated:
-        """The same account along a path, or under another noise."""
-        return _evaluated(laid, self.prior, self.log_prior, forced=self.has_force)
-
-    @property
-    def has_force(self) -> bool:
-        """Whether there is a random force."""
-        return bool(np.any(self.posterior.ratio > 0.0))
-
-    @property
-    def of_white_noise(self) -> bool:
-        """Whether its noise is white, as near the motion's frequency as far above it."""
-        return self.laid.regression.clock.autoregression is None and not self.weaker_above
-
-    @property
-    def kind(self) -> tuple[str, bool]:
-        """Of the law, and whether there is a random force."""
-        return self.laid.kind, self.has_force
-
-    @cached_property
-    def share_of_sets(self) -> Array:
-        """Probability of each set of columns, shape (m,)."""
-        return np.asarray(self.posterior.weight.sum(axis=0))
-
-    @cached_property
-    def others(self) -> dict[str, float]:
-        """Probability of each other force than dry friction, by its name; empty where the law has none."""
-        if not self.laid.has_other_forces:
-            return {}
-        return dict(zip(FORCES, (self.share_of_sets @ self.laid.acting).tolist(), strict=True))
-
-    @property
-    def sets_of_forces(self) -> list[Indices]:
-        """Places of the sets of the same other forces, the most probable forces first."""
-        which = np.unique(self.laid.acting, axis=0, return_inverse=True)[1].ravel()
-        found = [np.flatnonzero(which == each) for each in range(which.max() + 1)]
-        return sorted(found, key=lambda rows: -float(self.share_of_sets[rows].sum()))
-
-    @property
-    def fewer(self) -> float:
-        """Factor on a width that does not count what the samples determine, see :func:`over_noise`."""
-        if not self.others:
-            return 1.0
-        regression = self.laid.regression
-        samples = int(np.count_nonzero(regression.clock.used))
-        return math.sqrt(samples / max(samples - int(regression.sets[0].sum()), 1))
-
-    @property
-    def noise_floor(self) -> float:
-        """Sd of white noise as strong as the residual near the motion's frequency."""
-        regression, filter_ = self.laid.regression, self.laid.filter
-        fitted = len(regression.names)
-        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, filter_)
-
-    def noise(self, floor: float) -> SensorNoise:
-        """Noise of that floor with the colour of the residual."""
-        regression = self.laid.regression
-        clock = regression.clock
-        return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
-
-    @property
-    def own_colour(self) -> Autoregression | None:
-        """Colour of the residual; None where it is white, or the samples are uneven."""
-        clock = self.laid.regression.clock
-        return own_colour(self._left, clock.phase, len(self.laid.regression.names)) if clock.even else None
-
-    @cached_property
-    def _left(self) -> Array:
-        """Residual of the law and the most probable force; samples that do not count are interpolated."""
-        regression, force = self.laid.regression, self.posterior.best
-        clock = regression.clock
-        left = regression.residual(self.posterior.best_law())
-        if force.ratio > 0.0:
-            states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
-            left = left - shown(states[:, :3, 0], regression.row)
-        used = clock.used
-        index = np.arange(used.size)
-        return np.interp(index, index[used], left[used])
 
 
 def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool = False) -> _Evaluated:

@@ -237,35 +237,20 @@ def _combined(weights: Iterable[float], responses: Sequence[Response]) -> Respon
 
 
 def own_columns(filter_: RecordingFilter, read: Array) -> Array:
-    """Columns of a recording that are due to the filter alone, all of unit prior sd.
+    """Columns of a recording that are due to the filter alone, all of unit prior sd, shape (n, p + q).
 
-    Parameters
-    ----------
-    filter_ : RecordingFilter
-    read : ndarray, shape (n,)
-        The motion as the sensor reads it.
-
-    Returns
-    -------
-    ndarray, shape (n, p + q)
-        What it has seen outside the recording, as large as the motion (see :meth:`RecordingFilter.unseen`),
-        then its doubts.
+    What it has seen outside the recording, as large as the motion that is ``read``, shape (n,) (see
+    :meth:`RecordingFilter.unseen`), then its doubts.
     """
     unseen = float(np.max(np.abs(read))) * filter_.unseen(read.size)
     return np.hstack([unseen, Through(read[:, None]).doubts(filter_)])
 
 
 def jump_columns(filter_: RecordingFilter, places: Indices, samples: int) -> Array:
-    """Responses to unit impulses at samples, of those that show inside the margin, shape (samples, k).
+    """Responses to unit impulses at ``places``, of those that show inside the margin, shape (samples, k).
 
     A sensor that jumps shows no more than between which samples it does: a jump that is early by a share of
     the step is that share of an impulse, which a filter makes as wide as the jump itself.
-
-    Parameters
-    ----------
-    filter_ : RecordingFilter
-    places : ndarray of int, shape (k,)
-    samples : int
     """
     size = next_fast_len(2 * samples, real=True)
     omega = 2.0 * math.pi * np.arange(size // 2 + 1) / size

@@ -21,10 +21,6 @@ def zero_drift(decay: PlainDecay) -> Array | None:
     It is nearly orthogonal to a decay of several half cycles: taken out where it is none it costs 2 % of
     what is known of friction; left in it passes for a random force. It is so to forces within a half cycle
     too, those that have a shape, which are not evaluated.
-
-    Parameters
-    ----------
-    decay : PlainDecay
     """
     if decay.rest_known or not decay.usable:
         return None

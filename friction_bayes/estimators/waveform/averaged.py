@@ -137,16 +137,9 @@ def _before_filter(lost: Mixture, accounts: Sequence[NoiseAccount]) -> Mixture:
 
 
 def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAccount, ...]) -> Fit:
-    """A fit of the whole signal averaged over the accounts of its residual, with the witness.
+    """A fit of the whole signal, under white noise, averaged over the accounts of its residual.
 
-    Parameters
-    ----------
-    decay : FreeDecay
-        The record.
-    fit : Fit
-        Under white noise, method ``waveform``.
-    accounts : tuple of NoiseAccount
-        Of this fit.
+    With the witness.
     """
     uneven = uneven_loss(decay)
     if uneven is not None:

@@ -30,14 +30,7 @@ _FEWEST = 3
 
 
 def until_rest(decay: FreeDecay, fit: Fit) -> FreeDecay:
-    """The decay up to where its mass rather rests, itself where the fit says so.
-
-    Parameters
-    ----------
-    decay : FreeDecay
-    fit : Fit
-        Under white noise, method ``waveform``.
-    """
+    """The decay up to where its mass rather rests, itself where its fit by ``waveform`` says so."""
     if not may_rest_early(decay) or fit.prediction is None or fit.motion is None:
         return decay
     left, about_rest = decay.values - fit.prediction, decay.values - fit.rest_position

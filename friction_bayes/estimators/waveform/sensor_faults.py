@@ -51,14 +51,7 @@ def without_sensor_faults(
 
 
 def plain_decay(decay: FreeDecay, fit: Fit) -> PlainDecay:
-    """A decay with its fit under white noise, as accounts are given it.
-
-    Parameters
-    ----------
-    decay : FreeDecay
-    fit : Fit
-        Method ``waveform``.
-    """
+    """A decay with its fit under white noise, by method ``waveform``, as accounts are given it."""
     motion = fit.motion
     assert motion is not None
     return PlainDecay(

@@ -28,19 +28,21 @@ _LEAST_STIFFNESS = -0.75
 """Correction below which a law would hardly oscillate."""
 
 
-def check_friction(
-    target: Target, expected: Array, *, factor: float, unit: str, seed: int
+def check_law(
+    fit: LawFit, cells: Mask, factor: float, unit: str, seed: int, *, forced: bool
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Friction of a target sampled with emcee, compared with draws of the closed form, shape (n,).
+    """Friction of the most probable columns, and spread, of a candidate by emcee and in closed form.
 
-    Friction is a natural parameter of the target, ``factor`` times which is reported in ``unit``.
+    The candidate is the points and sets ``cells``, shape (g, n), ``forced`` where it has a random force;
+    ``factor`` times friction is reported in ``unit``.
 
     Returns
     -------
     dict
         ``sampler``, ``converged`` and ``because``; the worst nested ``rhat``, ``ess_bulk`` and ``ess_tail``
         of all parameters; ``friction`` as sampled and ``closed_form``, and whether one ``agrees`` with the
-        other (null where the chain did not converge); ``sampler_s``, its wall time [s].
+        other (null where the chain did not converge); ``sampler_s``, its wall time [s]; the ``share`` of the
+        candidate that was sampled.
     xarray.DataTree or None
         What was sampled; None where the sampler refuses the target.
     """
@@ -48,7 +50,15 @@ def check_friction(
     from friction_bayes.reference import sample_target
     from friction_bayes.reference.tree import by_walker
 
-    check: dict[str, Any] = {"sampler": "emcee", "seed": seed}
+    posterior = fit.posterior
+    mine = cells & ((posterior.ratio > 0.0) == forced)[:, None]
+    weight = np.where(mine, posterior.weight, 0.0)
+    row = int(np.argmax(weight.sum(axis=0)))
+    share = float(weight[:, row].sum() / weight.sum())
+    weight[:, np.arange(weight.shape[1]) != row] = 0.0
+    expected = draw_laws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS, weight).friction
+    target = target_of_set(fit, row, forced=forced)
+    check: dict[str, Any] = {"sampler": "emcee", "seed": seed, "share": share}
     try:
         with warnings.catch_warnings():
             # reported in the result
@@ -81,26 +91,6 @@ def check_friction(
         "sampler_s": float(attrs["wall_time_s"]),
     }
     return check | found, tree
-
-
-def check_law(
-    fit: LawFit, cells: Mask, factor: float, unit: str, seed: int, *, forced: bool
-) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Comparison with emcee of the most probable columns, and spread, of a candidate: :func:`check_friction`.
-
-    The candidate is the points and sets ``cells``, shape (g, n), ``forced`` where it has a random force; the
-    ``share`` of it that was sampled is in addition to the other fields.
-    """
-    posterior = fit.posterior
-    mine = cells & ((posterior.ratio > 0.0) == forced)[:, None]
-    weight = np.where(mine, posterior.weight, 0.0)
-    row = int(np.argmax(weight.sum(axis=0)))
-    share = float(weight[:, row].sum() / weight.sum())
-    weight[:, np.arange(weight.shape[1]) != row] = 0.0
-    drawn = draw_laws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS, weight)
-    target = target_of_set(fit, row, forced=forced)
-    check, tree = check_friction(target, drawn.friction, factor=factor, unit=unit, seed=seed)
-    return check | {"share": share}, tree
 
 
 def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:

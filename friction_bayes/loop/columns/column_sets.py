@@ -41,20 +41,8 @@ class ColumnSets:
     log_prior: Array
 
 
-class _Structure(NamedTuple):
-    """The columns that each effect may have, in each of its shapes, and those of friction."""
-
-    effects: tuple[str, ...]
-    shapes: tuple[tuple[tuple[int, ...], ...], ...]
-    always: tuple[int, ...]
-    frictions: tuple[int, ...]
-    of_friction: tuple[int, ...]
-    dry_friction: int
-    columns: int
-
-
 class _Sets(NamedTuple):
-    """The sets of a structure, m of them, and what their probabilities are made of.
+    """Sets of columns, m of them, and what their probabilities are made of.
 
     Shapes are places among those of all effects, (m, effects at once), in order; beyond the last for none.
     """
@@ -68,74 +56,78 @@ class _Sets(NamedTuple):
 
 def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     """Every set of some effects, in each of its shapes, with dry friction and without."""
-    shapes = {name: tuple(law.alternatives(name)) for name in effects}
-    effects = tuple(name for name in effects if shapes[name])
+    alternatives = ((name, tuple(law.alternatives(name))) for name in effects)
+    shapes = tuple((name, own) for name, own in alternatives if own)
     sets = _sets_of(
-        _Structure(
-            effects=effects,
-            shapes=tuple(shapes[name] for name in effects),
-            always=tuple(law.always),
-            frictions=tuple(law.frictions),
-            of_friction=tuple(j for j, column in enumerate(law.columns) if column.of_friction),
-            dry_friction=law.dry_friction,
-            columns=len(law.columns),
-        ),
-        settings.SETTINGS,
+        shapes,
+        always=tuple(law.always),
+        frictions=tuple(law.frictions),
+        of_friction=tuple(j for j, column in enumerate(law.columns) if column.of_friction),
+        dry_friction=law.dry_friction,
+        columns=len(law.columns),
+        known=settings.SETTINGS,
     )
-    shares = np.array([*chain(*(_log_shares(law, shapes[name]) for name in effects)), 0.0])
+    shares = np.array([*chain(*(_log_shares(law, own) for _, own in shapes)), 0.0])
     logs = np.zeros(len(sets.effects))
     for places in sets.shapes.T:
         logs += shares[places]
-    logs += log_probability(np.arange(len(effects) + 1), len(effects))[sets.acting] + sets.log_rub
+    logs += log_probability(np.arange(len(shapes) + 1), len(shapes))[sets.acting] + sets.log_rub
     logs -= float(np.log(np.sum(np.exp(logs))))
     logs.flags.writeable = False
     return ColumnSets(sets.effects, sets.columns, logs)
 
 
 @lru_cache(maxsize=32)
-def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
-    """The sets of a structure, which most rounds and most records share."""
-    effects, starts = given.effects, accumulate(map(len, given.shapes), initial=0)
+def _sets_of(
+    shapes: tuple[tuple[str, tuple[tuple[int, ...], ...]], ...],
+    *,
+    always: tuple[int, ...],
+    frictions: tuple[int, ...],
+    of_friction: tuple[int, ...],
+    dry_friction: int,
+    columns: int,
+    known: LoopSettings,
+) -> _Sets:
+    """The sets of effects with the columns of each of their shapes, which most rounds and records share."""
+    starts = accumulate((len(own) for _, own in shapes), initial=0)
     places = {
-        name: range(start, start + len(own))
-        for name, own, start in zip(effects, given.shapes, starts, strict=False)
+        name: range(start, start + len(own)) for (name, own), start in zip(shapes, starts, strict=False)
     }
     # thousands of sets: each is a number whose bits are its columns
-    shapes = {name: [_bits(each) for each in own] for name, own in zip(effects, given.shapes, strict=True)}
-    always, dry_friction, of_friction = map(_bits, (given.always, [given.dry_friction], given.of_friction))
-    frictions = set(given.frictions)
-    bends = {name for name, own in zip(effects, given.shapes, strict=True) if frictions & set(own[0])}
+    bits = {name: [_bits(each) for each in own] for name, own in shapes}
+    in_all, rubbing, shares_of_friction = map(_bits, (always, [dry_friction], of_friction))
+    bends = {name for name, own in shapes if not set(frictions).isdisjoint(own[0])}
     rubs, idles = math.log1p(-known.no_dry_friction), math.log(known.no_dry_friction)
     found: list[frozenset[str]] = []
     masks: list[int] = []
     taken: list[tuple[int, ...]] = []
     log_rub: list[float] = []
-    for names in _named_sets(effects, known.most_at_once):
+    for names in _named_sets(tuple(bits), known.most_at_once):
         bent = bends.intersection(names)
         if len(bent) > 1:
             continue
         together = frozenset(names)
         chosen = product(*(places[name] for name in names))
-        for choice, own in zip(chosen, product(*(shapes[name] for name in names)), strict=True):
-            mask = always
+        for choice, own in zip(chosen, product(*(bits[name] for name in names)), strict=True):
+            mask = in_all
             for each in own:
                 mask |= each
             if bent:
                 evaluated = [(mask, 0.0)]
-            elif mask & of_friction:
-                evaluated = [(mask | dry_friction, 0.0)]
+            elif mask & shares_of_friction:
+                evaluated = [(mask | rubbing, 0.0)]
             else:
-                evaluated = [(mask | dry_friction, rubs), (mask, idles)]
+                evaluated = [(mask | rubbing, rubs), (mask, idles)]
             for of_set, log_share in evaluated:
                 found.append(together)
                 masks.append(of_set)
                 taken.append(choice)
                 log_rub.append(log_share)
-    none, most = sum(map(len, given.shapes)), max(map(len, taken))
+    none, most = sum(map(len, bits.values())), max(map(len, taken))
     filled = np.full((len(found), most), none)
     filled[np.arange(most) < np.array([[len(own)] for own in taken])] = list(chain.from_iterable(taken))
-    columns, acting = _unpacked(masks, given.columns), np.array([len(one) for one in found])
-    return _Sets(tuple(found), columns, acting, np.array(log_rub), filled)
+    acting = np.array([len(one) for one in found])
+    return _Sets(tuple(found), _unpacked(masks, columns), acting, np.array(log_rub), filled)
 
 
 def _bits(columns: Sequence[int]) -> int:

@@ -131,7 +131,7 @@ class LoopModel:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Bounds of the coordinates within which the force laws are defined, each of shape (p,)."""
+        """Bounds of the coordinates in a fit, each of shape (p,)."""
         ends = np.array([c.coordinate_bounds for c in self.coordinates])
         return ends[:, 0], ends[:, 1]
 
@@ -147,7 +147,7 @@ class LoopModel:
         return np.array([c.precision for c in self.coordinates])
 
     def within_bounds(self, z: Array) -> Array:
-        """Coordinates moved back to where the force laws are defined."""
+        """Coordinates moved back within their bounds."""
         return np.clip(z, *self.bounds)
 
     def index(self, name: str, *, effect: str = "", record: int = SHARED) -> int:
@@ -160,11 +160,11 @@ class LoopModel:
         return np.asarray(self.coordinates[j].value(z[..., j]))
 
     def coordinates_of(self, values: Mapping[tuple[str, str], Iterable[float]], count: int) -> Array:
-        """Coordinates of ``count`` draws of some parameters, by effect and name; others as a fit starts."""
-        z = np.empty((count, len(self.coordinates)))
+        """Coordinates of ``count`` draws of some parameters, by effect and name; zero of others."""
+        z = np.zeros((count, len(self.coordinates)))
         for j, c in enumerate(self.coordinates):
-            own = values.get((c.effect, c.name))
-            z[:, j] = c.start if own is None else [c.coordinate(float(value)) for value in own]
+            if (c.effect, c.name) in values:
+                z[:, j] = [c.coordinate(float(value)) for value in values[c.effect, c.name]]
         return z
 
     def record_parameters(self, z: Array, r: int) -> RecordParameters:

@@ -13,15 +13,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.mechanics.effects import (
-    EFFECTS,
-    Effect,
-    ForceEffect,
-    Parameter,
-    Prior,
-    Scales,
-    SensorEffect,
-)
+from friction_bayes.mechanics.effects import EFFECTS, Prior, Scales, SensorEffect
 
 __all__ = [
     "DISPLACEMENT",
@@ -55,25 +47,18 @@ class Coordinate:
     prior : Prior
         Weak prior of the value.
     bounds : tuple of float
-        Values between which the force law makes sense, wider than the prior's support where the law can
-        be continued through its null.
+        Values between which a fit looks for it.
     effect : str
         The effect it belongs to; empty for friction, frequency and state.
     record : int
         The record it belongs to, or ``SHARED``.
-    circular : bool
-        Whether it is an angle.
-    shapes : bool
-        Whether it only shapes a term whose size another parameter gives: it has no null.
     """
 
     name: str
     prior: Prior
-    bounds: tuple[float, float]
+    bounds: tuple[float, float] = (-math.inf, math.inf)
     effect: str = ""
     record: int = SHARED
-    circular: bool = False
-    shapes: bool = False
 
     @property
     def key(self) -> tuple[str, str, int]:
@@ -118,13 +103,6 @@ class Coordinate:
         return side * float(special.ndtri(low + (high - low) * special.ndtr(side * score)))
 
     @property
-    def start(self) -> float:
-        """Where a fit starts by default: the null, or the prior's median where there is no null."""
-        if self.shapes:
-            return self.at_score(0.0)
-        return self.coordinate(0.0) if self.prior.family == "uniform" and not self.circular else 0.0
-
-    @property
     def precision(self) -> float:
         """Prior precision of the coordinate."""
         return 0.0 if self.prior.family == "uniform" else 1.0
@@ -132,16 +110,14 @@ class Coordinate:
     @property
     def coordinate_bounds(self) -> tuple[float, float]:
         """The bounds as coordinates."""
-        if self.prior.family == "log-normal":
-            # values beyond six prior standard deviations are not fitted
-            return -6.0, 6.0
-        return self.coordinate(self.bounds[0]), self.coordinate(self.bounds[1])
+        low, high = (end if math.isinf(end) else self.coordinate(end) for end in self.bounds)
+        return low, high
 
     @property
     def support(self) -> tuple[float, float]:
         """Prior support of the coordinate."""
         p = self.prior
-        if p.family == "log-normal" or self.circular:
+        if p.family == "log-normal":
             return -math.inf, math.inf
         if p.family == "uniform":
             return 0.0, 1.0
@@ -201,41 +177,7 @@ def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordin
     effect = EFFECTS[name]
     owners = range(records) if effect.per_record else (SHARED,)
     return tuple(
-        Coordinate(
-            name=parameter.name,
-            effect=name,
-            record=owner,
-            prior=prior,
-            bounds=_bounds(effect, prior, parameter),
-            circular=_is_angle(prior, parameter),
-            shapes=_shapes(prior, parameter),
-        )
+        Coordinate(name=parameter.name, effect=name, record=owner, prior=prior)
         for owner in owners
         for parameter, prior in zip(effect.parameters, effect.priors(scales), strict=True)
     )
-
-
-def _is_angle(prior: Prior, parameter: Parameter) -> bool:
-    return prior.family == "uniform" and parameter.unit == "rad"
-
-
-def _shapes(prior: Prior, parameter: Parameter) -> bool:
-    """A parameter that cannot vanish has no null; nor has one whose flat prior excludes zero."""
-    if prior.family == "uniform":
-        return not _is_angle(prior, parameter) and not (
-            prior.low <= 0.0 < prior.high and not parameter.open_low
-        )
-    return prior.family == "log-normal" or parameter.open_low
-
-
-def _bounds(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:
-    """A force that is linear in a parameter may be continued through its null; no other term may."""
-    if prior.family == "uniform":
-        width = prior.high - prior.low if _is_angle(prior, parameter) else 0.0
-        return prior.low - width, prior.high + width
-    if prior.family == "log-normal":
-        return 0.0, math.inf
-    low = parameter.low
-    if isinstance(effect, ForceEffect) and low == 0.0 and not parameter.open_low:
-        low = -0.5 * prior.scale
-    return low, parameter.high

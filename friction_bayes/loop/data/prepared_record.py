@@ -33,6 +33,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.estimators.waveform.early_rest import may_rest_early, until_rest
 from friction_bayes.estimators.waveform.estimator import white_noise_fit
+from friction_bayes.estimators.waveform.free_part import free_part
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop import settings
 from friction_bayes.records.clipping import clipped_fraction
@@ -43,7 +44,7 @@ from friction_bayes.records.record import validate_record
 from friction_bayes.records.rounded_stamps import with_even_stamps
 from friction_bayes.records.wrapped_angle import with_unwrapped_angle
 
-__all__ = ["Segment", "cut_records", "held_samples"]
+__all__ = ["Segment", "cut_records", "free_from", "held_samples"]
 
 _NEIGHBOURS = 7
 _LOG_ODDS = math.log(0.1 / 0.9)
@@ -203,6 +204,25 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
                 "close the loop on records of one quantity",
             )
     return segments
+
+
+def free_from(segment: Segment) -> float | None:
+    """When a segment rather becomes free [s], as :func:`friction_bayes.estimate` finds it; None at its start.
+
+    Something may have held the mass before, as a hand does. A clipped record is not judged.
+    """
+    if segment.clipped:
+        return None
+    decay = segment.decay
+    ignored = np.zeros(decay.values.size, np.bool_)
+    ignored[: segment.moving] = segment.ignored[: segment.moving]
+    try:
+        later = free_part(
+            decay.without_stray(ignored), white_noise_fit(decay), suspect=max(segment.disturbed, 1)
+        ).decay
+    except InputError:
+        return None
+    return later.start_time if later.later else None
 
 
 def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = None) -> Segment:

@@ -233,7 +233,7 @@ def _starting_point(model: LoopModel) -> Array:
     """Rough coordinates of the Coulomb model."""
     decay = model.segments[0].decay
     drops = []
-    z = np.array([c.start for c in model.coordinates])
+    z = np.zeros(len(model.coordinates))
 
     def put(value: float, name: str, record: int = SHARED, effect: str = "") -> None:
         j = model.index(name, effect=effect, record=record)

@@ -5,7 +5,7 @@ Sizes outside their support, friction that pushes, a sensor that hides the motio
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -93,7 +93,8 @@ def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, 
     weight = posterior.weight
     total, at = weight.sum(axis=0), weight.argmax(axis=0)
     order = np.argsort(-total)[: np.count_nonzero(total)]
-    outside, pushes, hides = _Support(found.law), _Friction(found), _Sensor(found.law)
+    # each judges laws (k, p), shape (k,)
+    outside, pushes, hides = _outside(found.law), _pushes(found), _hides(found.law)
     start, some = 0, 1
     while start < order.size:
         # the first are often all that is looked at
@@ -103,24 +104,21 @@ def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, 
         start, some = start + some, min(2 * some, _AT_ONCE)
 
 
-class _Support:
+def _outside(law: LawColumns) -> Callable[[Array], Mask]:
     """Whether a parameter of laws lies outside what it may be; the regression knows its sign alone."""
+    support = [_support(column) for column in law.columns]
+    bounded = np.array([k for k, ends in enumerate(support) if np.isfinite(ends).any()], np.intp)
+    low, high = np.array(support)[bounded].T
+    of_friction = np.array([law.columns[k].of_friction for k in bounded], np.bool_)
 
-    def __init__(self, law: LawColumns) -> None:
-        self.law = law
-        support = [_support(column) for column in law.columns]
-        self.bounded = np.array([k for k, ends in enumerate(support) if np.isfinite(ends).any()], np.intp)
-        self.low, self.high = np.array(support)[self.bounded].T
-        self.of_friction = np.array([law.columns[k].of_friction for k in self.bounded], np.bool_)
-
-    def __call__(self, laws: Array) -> Mask:
-        """Of laws (k, p), shape (k,)."""
-        law = self.law
-        values, friction = laws[:, self.bounded], laws[:, law.frictions].sum(axis=1) * law.unit_force
+    def judged(laws: Array) -> Mask:
+        values, friction = laws[:, bounded], laws[:, law.frictions].sum(axis=1) * law.unit_force
         # in units of the friction that the columns assume; without dry friction there is none to compare with
         scale = np.divide(law.friction, friction, out=np.zeros_like(friction), where=friction > 0.0)
-        values = np.where(self.of_friction, values * scale[:, None], values)
-        return np.asarray(((values < self.low) | (values > self.high)).any(axis=1))
+        values = np.where(of_friction, values * scale[:, None], values)
+        return np.asarray(((values < low) | (values > high)).any(axis=1))
+
+    return judged
 
 
 def _support(column: LawColumn) -> tuple[float, float]:
@@ -131,31 +129,28 @@ def _support(column: LawColumn) -> tuple[float, float]:
     return parameter.low, parameter.high
 
 
-class _Friction:
+def _pushes(found: LawAlongMotion) -> Callable[[Array], Mask]:
     """Whether the dry friction of laws pushes for a part of the way."""
+    law, path = found.law, found.path
+    rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
+    power = (-path.expected_direction * np.abs(path.v))[:, None] * law.forces[:, rubs]
 
-    def __init__(self, found: LawAlongMotion) -> None:
-        law, path = found.law, found.path
-        self.rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
-        self.work = (-path.expected_direction * np.abs(path.v))[:, None] * law.forces[:, self.rubs]
-
-    def __call__(self, laws: Array) -> Mask:
-        """Of laws (k, p), shape (k,)."""
-        work = self.work @ laws[:, self.rubs].T
+    def judged(laws: Array) -> Mask:
+        work = power @ laws[:, rubs].T
         size = np.abs(work).sum(axis=0)
         pushed = 0.5 * (size - work.sum(axis=0))
         return np.asarray(pushed > settings.SETTINGS.minor_share * size)
 
+    return judged
 
-class _Sensor:
+
+def _hides(law: LawColumns) -> Callable[[Array], Mask]:
     """Whether the effects of a sensor take away, or add, half of the signal."""
+    of_sensor = law.of_sensor_effects
+    signal = law.read.values - law.read.values.mean()
+    shares = signal @ law.sensor[:, of_sensor] / float(signal @ signal)
 
-    def __init__(self, law: LawColumns) -> None:
-        self.of_sensor = law.of_sensor_effects
-        signal = law.read.values
-        signal = signal - signal.mean()
-        self.shares = signal @ law.sensor[:, self.of_sensor] / float(signal @ signal)
+    def judged(laws: Array) -> Mask:
+        return np.asarray(np.abs(laws[:, of_sensor] @ shares) > _HIDDEN)
 
-    def __call__(self, laws: Array) -> Mask:
-        """Of laws (k, p), shape (k,)."""
-        return np.asarray(np.abs(laws[:, self.of_sensor] @ self.shares) > _HIDDEN)
+    return judged

@@ -26,13 +26,11 @@ from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.correlated_noise import BestSet, Colour
 from friction_bayes.loop.noise.likelihood import NoiseFit
-from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect, Prior
+from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.inclusion import inclusion, prior_log_odds
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.kalman import Clock
-from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.regression import LawRegression
 
 __all__ = ["NoiseGrowth", "NoiseKinds", "evaluate_sensor_noise", "log_convention"]
 
@@ -156,17 +154,11 @@ def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evalua
 
 def _noise_growth(along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth | None:
     """The most probable growth of the noise; None where none may act."""
-    record, growths = along.record, []
-    for effect in (EFFECTS[name] for name in record.allowed if not isinstance(record.error, Colour)):
-        if isinstance(effect, GrowingNoiseEffect):
-            # the prior is one of the noise of a sample: in a mean of a block it counts less
-            prior = effect.priors(record.scales)[0]
-            prior = replace(prior, location=prior.location / math.sqrt(record.segment.block))
-            growths.append(
-                find_noise_growth(
-                    effect, along.regression, posterior, along.path, record.segment.order, along.w0, prior
-                )
-            )
+    if isinstance(along.record.error, Colour):
+        return None
+    effects = (EFFECTS[name] for name in along.record.allowed)
+    growing = (effect for effect in effects if isinstance(effect, GrowingNoiseEffect))
+    growths = (find_noise_growth(effect, along, posterior) for effect in growing)
     return max(growths, key=lambda growth: growth.log_odds, default=None)
 
 
@@ -199,25 +191,20 @@ class NoiseGrowth:
         return self.log_odds > 0.0
 
 
-def find_noise_growth(
-    effect: GrowingNoiseEffect,
-    regression: LawRegression,
-    posterior: Posterior,
-    path: MeasuredPath,
-    order: int,
-    w0: float,
-    prior: Prior,
-) -> NoiseGrowth:
-    """Noise that grows, with its evidence over noise of one size, at the ``posterior`` of the random force.
+def find_noise_growth(effect: GrowingNoiseEffect, along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth:
+    """Noise that grows, with its evidence over that of one size, which the law ``along`` a motion has.
 
-    The ``regression`` has noise of one size; the sensor shows the derivative ``order``, ``w0`` [rad/s] is the
-    frequency of the natural units, and the log-normal ``prior`` that of the size in one value.
+    At the ``posterior`` of the random force.
     """
-    clock, force, best = regression.clock, posterior.best, BestSet(regression, posterior)
+    record, path, order = along.record, along.path, along.segment.order
+    clock, force, best = along.clock, posterior.best, BestSet(along.regression, posterior)
+    # the prior is one of the noise of a sample: in a mean of a block it counts less
+    prior = effect.priors(record.scales)[0]
+    prior = replace(prior, location=prior.location / math.sqrt(record.segment.block))
     # errors at a jump of the acceleration are not errors of time
     rate = (path.v, np.gradient(path.v, path.phase), -path.slope * path.v)[order]
     signal = path.reading(order, path.x, path.v)
-    growth = effect.grows_with(signal, w0 * rate)
+    growth = effect.grows_with(signal, along.w0 * rate)
     mean_square = float(np.mean(growth**2))
 
     def clock_at(ratio: float) -> Clock:

@@ -11,14 +11,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.estimators.noise.filter_evidence import likely_filters
-from friction_bayes.estimators.noise.free_corners import corner_columns
+from friction_bayes.estimators.noise.filter_evidence import filters_along
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
@@ -221,8 +221,7 @@ class Round:
         """
         mine, its = self.found, before.found
         motion = its.regression.motion.at_frequency(mine.w0 / its.w0).midway(mine.regression.motion)
-        along = self._along(self.whole, motion=motion)
-        return None if along is None else replace(self, found=along)
+        return self._again(self.whole, motion=motion)
 
     @property
     def _next_error(self) -> SensorError | Colour | None:
@@ -262,14 +261,11 @@ class Round:
 
     def among(self, allowed: tuple[str, ...]) -> Round | None:
         """The same where these effects may act."""
-        whole = replace(self.whole, allowed=allowed)
-        along = self._along(whole)
-        return None if along is None else replace(self, whole=whole, found=along)
+        return self._again(replace(self.whole, allowed=allowed))
 
     def with_lines(self, lines: tuple[Line, ...]) -> Round | None:
         """The same where these lines may be there."""
-        found = self._along(self.whole, lines=lines)
-        return None if found is None else replace(self, found=found)
+        return self._again(self.whole, lines=lines)
 
     def without(self, samples: Mask) -> Round:
         """The same without some samples, shape (n,)."""
@@ -285,9 +281,7 @@ class Round:
 
     def _under(self, error: Colour) -> Round | None:
         """The same round with noise of a colour."""
-        whole = replace(self.whole, error=error, jump=None)
-        along = self._along(whole)
-        return None if along is None else replace(self, whole=whole, found=along, near=None)
+        return self._again(replace(self.whole, error=error, jump=None), near=None)
 
     def with_free_corners(self) -> Round | None:
         """The same where the sensor may have given corners any shape; None for one that shows displacement.
@@ -296,33 +290,35 @@ class Round:
         """
         if self.whole.segment.order == 0:
             return None
-        whole = replace(self.whole, free_corners=True)
-        along = self._along(whole)
-        return None if along is None else replace(self, whole=whole, found=along, near=None, alone=False)
+        return self._again(replace(self.whole, free_corners=True), near=None, alone=False)
 
     def behind_filter(self) -> Round | None:
         """The same law behind the filter that the record went through; None without one."""
-        segment, bare = self.whole.segment, self._along(replace(self.whole, filter=None))
+        segment, bare = self.whole.segment, self._again(replace(self.whole, filter=None))
         missing = self.aside & ~segment.ignored[: self.whole.samples]
-        filter_ = None if bare is None else filter_of(bare, missing)
+        filter_ = None if bare is None else filter_of(bare.found, missing)
         if filter_ is None:
             return None
-        whole = replace(self.whole.behind(filter_), error=NO_ERROR)
-        along = self._along(whole)
-        return None if along is None else replace(self, whole=whole, found=along, near=None, alone=True)
+        behind = replace(self.whole.behind(filter_), error=NO_ERROR)
+        return self._again(behind, near=None, alone=True)
 
-    def _along(
+    def _again(
         self,
         whole: MovingRecord,
         *,
         motion: SmoothedMotion | None = None,
         lines: tuple[Line, ...] | None = None,
-    ) -> LawAlongMotion | None:
-        """Its law under other circumstances, along its motion or another, with its lines or others."""
+        **changed: Any,
+    ) -> Round | None:
+        """Its law under other circumstances, along its motion or another, with its lines or others.
+
+        None where it does not turn; what else of the round is ``changed`` is given by field.
+        """
         record, found = whole.setting_aside(self.aside), self.found
         motion = found.regression.motion if motion is None else motion
         lines = found.lines if lines is None else lines
-        return LawAlongMotion.of(record, motion, found.w0, lines, about=found.law.about)
+        along = LawAlongMotion.of(record, motion, found.w0, lines, about=found.law.about)
+        return None if along is None else replace(self, whole=whole, found=along, **changed)
 
     def in_its_colour_near_motion(self) -> Round | None:
         """The same, the noise nowhere below its level near the motion's frequency."""
@@ -398,10 +394,6 @@ def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     if not clock.even:
         return None
     plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
-    corners = np.hstack([plain, corner_columns(path)])
-    signal = np.where(missing, np.nan, found.regression.target + law.known)
-    angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
-    averaged, order = plain.copy(), found.segment.order
-    averaged[:, len(law.always)] -= path.missed_jumps(order)
-    filters = likely_filters(signal, law.known, plain, corners, angle, order, averaged=averaged)
+    signal, friction = np.where(missing, np.nan, found.regression.target + law.known), len(law.always)
+    filters = filters_along(path, found.segment.order, signal, law.known, plain, friction)
     return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None

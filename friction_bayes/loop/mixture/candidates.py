@@ -34,11 +34,10 @@ from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
 from friction_bayes.loop.report.effect_summaries import (
-    clipping_parameters,
     line_summary,
-    outlier_parameters,
     parameter_summary,
     parameter_units,
+    sensor_parameters,
 )
 from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
 from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
@@ -248,7 +247,7 @@ class Candidates:
             return {
                 f"{key}[{r}]" if numbered else key: value
                 for r, one in enumerate(self.best)
-                for key, value in _parameters_of_sensor(name, one, units).items()
+                for key, value in sensor_parameters(name, one, units).items()
             }
         return {
             key: parameter_summary(values, units[key.partition("[")[0]])
@@ -449,15 +448,6 @@ def _trail(fit: LawFit) -> Iterator[str]:
             f"sets in which friction pushes or sensor effects hide the motion, {percent(share)} likely, "
             "are left out"
         )
-
-
-def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Parameters of clipped samples or outliers in one record; empty without any."""
-    if name == SENSOR_CLIPPING.name:
-        return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
-    if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
-        return {}
-    return outlier_parameters(fit.record.samples, fit.sensor_noise.outliers, units)
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:

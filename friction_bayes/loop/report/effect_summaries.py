@@ -12,15 +12,15 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.noise.likelihood import NoiseFit
+from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, ProcessEffect
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = [
-    "clipping_parameters",
     "line_summary",
-    "outlier_parameters",
     "parameter_summary",
     "parameter_units",
+    "sensor_parameters",
 ]
 
 
@@ -66,19 +66,20 @@ def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str
     }
 
 
-def outlier_parameters(samples: int, noise: NoiseFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Fraction and scale of outliers, found of so many samples."""
-    n = max(samples, 1)
-    count = max(noise.fraction * n, 1.0)
+def sensor_parameters(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """The level at which samples are clipped, or fraction and scale of outliers; empty without any."""
+    segment, noise = fit.segment, fit.sensor_noise.outliers
+    if name == SENSOR_CLIPPING.name:
+        if not segment.clipped:
+            return {}
+        level = float(np.abs(segment.values[segment.sides != 0.0]).max())
+        return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}
+    if noise is None or not fit.sensor_noise.contaminated:
+        return {}
+    samples = max(fit.record.samples, 1)
+    count = max(noise.fraction * samples, 1.0)
     sds = {
-        "fraction": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
+        "fraction": math.sqrt(noise.fraction * (1.0 - noise.fraction) / samples),
         "scale": noise.scale / math.sqrt(2.0 * count),
     }
     return {name: {"mean": getattr(noise, name), "sd": sd, "unit": units[name]} for name, sd in sds.items()}
-
-
-def clipping_parameters(segment: Segment, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """The level at which samples are clipped."""
-    held = np.abs(segment.values[segment.sides != 0.0])
-    level = float(held.max()) if held.size else math.nan
-    return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}

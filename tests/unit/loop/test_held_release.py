@@ -11,8 +11,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.loop.data.held_start import free_from
-from friction_bayes.loop.data.prepared_record import cut_records, held_samples
+from friction_bayes.loop.data.prepared_record import cut_records, free_from, held_samples
 
 
 def held(count: int, quantity: str, seed: int) -> xr.DataArray:
