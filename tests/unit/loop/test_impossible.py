@@ -114,6 +114,7 @@ def test_a_record_that_no_law_explains_is_refused() -> None:
         duration=8.0,
         sampling_rate=100.0,
         noise_sd=1e-5,
+        seed=2,
     )
     (segment,) = cut_records([record], SYSTEM)
     fit = fit_random_force(segment, SYSTEM, ["sensor_offset"])
