@@ -93,8 +93,9 @@ class FreeDecay:
         Whether a part after is left out in which the mass rests where sliding friction would not hold it.
     driven : bool
         Whether a part before is left out in which no amplitude was lost, as under a drive.
-    later : int
-        Half cycles of those after that are left out as a force acted on them that is gone later.
+    later, earlier : int
+        Half cycles of those after, and of those before the stop, that are left out as a force acted on them
+        that does not act on the rest.
     drift : float
         Range of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal.
     lines : tuple of float
@@ -123,6 +124,7 @@ class FreeDecay:
     driven: bool = False
     rests_early: bool = False
     later: int = 0
+    earlier: int = 0
     drift: float = 0.0
     lines: tuple[float, ...] = ()
     stray: tuple[float, ...] = ()
@@ -181,11 +183,21 @@ class FreeDecay:
         stray = tuple(time for time in self.stray if time >= later.start_time)
         return replace(later, later=self.later + 1, stray=stray)
 
+    def half_cycles_earlier(self, count: int) -> FreeDecay:
+        """The same to a sixteenth of a cycle before one of the last turning points, the last the first."""
+        phase = self.phase + self.frequency * self.time[-1]
+        end = self.time[-1] - (phase % math.pi + (count - 1) * math.pi + _BEYOND_TURN) / self.frequency
+        stop = int(np.searchsorted(self.time, end))
+        return replace(self._before(stop), earlier=count, stops=False, rests_early=False)
+
     def until(self, stop: int) -> FreeDecay:
         """The same of the samples before one, at which the mass has come to rest."""
+        return replace(self._before(stop), rests_early=True)
+
+    def _before(self, stop: int) -> FreeDecay:
         shorter = self._between(0, stop)
         stray = tuple(time for time in self.stray if time <= shorter.start_time + shorter.duration)
-        return replace(shorter, stray=stray, rests_early=True)
+        return replace(shorter, stray=stray)
 
     def _between(self, first: int, stop: int) -> FreeDecay:
         """The samples from one to before another."""
@@ -235,6 +247,11 @@ class FreeDecay:
             notes.append(
                 f"{self.name}: what lies before {self.start_time:.4g} s is left out: it does not fit the "
                 "rest, as under a hand or while a sensor settles"
+            )
+        if self.earlier:
+            notes.append(
+                f"{self.name}: what lies after {self.start_time + self.duration:.4g} s is left out: it does "
+                "not fit what comes before, as where a hand stops the mass"
             )
         if self.disturbed:
             notes.append(

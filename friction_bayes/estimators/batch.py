@@ -74,6 +74,7 @@ STATUS = (
 WARNINGS = {
     "samples_set_aside": "samples leap out of the motion and are set aside",
     "later_start": "a first part that does not fit the rest is left out",
+    "earlier_end": "a last part that does not fit the rest is left out",
     "disturbed_release": "half cycles of a disturbed release are left out",
     "driven_before": "a first part that loses no amplitude is left out",
     "uneven_loss": "the amplitude falls faster or slower while it is larger",
@@ -87,7 +88,15 @@ WARNINGS = {
 }
 """Bits of ``warnings``, the lowest first, and what they say of a record."""
 _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
-_OF_DECAYS = ("later_start", "uneven_loss", "pendulum", "samples_set_aside", "held_readings", "taken_out")
+_OF_DECAYS = (
+    "later_start",
+    "earlier_end",
+    "uneven_loss",
+    "pendulum",
+    "samples_set_aside",
+    "held_readings",
+    "taken_out",
+)
 """Those that show in the decay that was used."""
 
 _COEFFICIENTS = 5
@@ -436,6 +445,7 @@ def _judged(
             uneven = not straight[row] and _sure(uneven_loss(decay))
         if decay is not None:
             found["later_start"][row] = decay.later > 0
+            found["earlier_end"][row] = decay.earlier > 0
             found["samples_set_aside"][row] = bool(decay.stray)
             found["uneven_loss"][row] = uneven
             found["pendulum"][row] = bool(pendulum_notes(decay))

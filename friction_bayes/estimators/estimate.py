@@ -167,8 +167,9 @@ def estimate(
             part = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
             decay, fit = part.decay, averaged_over_accounts(part.decay, part.fit, part.accounts.all)
             _refuse_negative(decay, fit)
-            if decay.later:
-                warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
+            # what was held comes first
+            for note in decay.notes[: bool(decay.later) + bool(decay.earlier)]:
+                warnings.warn(note, RecordWarning, stacklevel=2)
         else:
             fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))
         warned = _uneven_loss_note(decay, fit) + _bent_notes(decay, fit)

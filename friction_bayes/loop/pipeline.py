@@ -18,7 +18,7 @@ from friction_bayes.loop.build_report import build_report
 from friction_bayes.loop.columns.moving_record import why_not_evaluated
 from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
-from friction_bayes.loop.data.prepared_record import Segment, cut_records, free_from
+from friction_bayes.loop.data.prepared_record import Segment, cut_records, rather_free
 from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.loop.report.comparisons import validate_force
 from friction_bayes.loop.report.result import LoopReport
@@ -113,8 +113,8 @@ def close_loop(
     scales = scales_of(segments, system)
     rng, rng_report = np.random.default_rng(options.seed).spawn(2)
     candidates = candidates_of(segments, system, options, rng, progress)
-    if candidates.needs_more and (later := _from_where_free(given, segments, system)) != segments:
-        candidates = candidates_of(later, system, options, rng, progress)
+    if candidates.needs_more and (free := _while_free(given, segments, system)) != segments:
+        candidates = candidates_of(free, system, options, rng, progress)
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report
@@ -123,12 +123,12 @@ def close_loop(
     return replace(report, notes=(*report.notes, *notes))
 
 
-def _from_where_free(
+def _while_free(
     records: Sequence[xr.DataArray], segments: tuple[Segment, ...], system: Oscillator
 ) -> tuple[Segment, ...]:
-    """The segments without the half cycles in which something was rather still holding the mass."""
+    """The segments without the half cycles in which something rather held the mass, or stopped it."""
     return tuple(
-        segment if (start := free_from(segment)) is None else segment.later(record, system, start)
+        segment if (free := rather_free(segment)) is None else segment.only(free, record, system)
         for record, segment in zip(records, segments, strict=True)
     )
 

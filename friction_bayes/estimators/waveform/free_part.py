@@ -1,6 +1,6 @@
-"""What of a decay is fitted: until its mass rests, without faults of the sensor, from where nothing holds it.
+"""What of a decay is fitted: until its mass rests, without faults of the sensor, as long as nothing holds it.
 
-Something may have held the mass at the start of a record, as a hand does.
+Something may have held the mass at the start of a record, as a hand does, or have stopped it.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.noise.held_start import log_odds_of_hold
+from friction_bayes.estimators.noise.held_part import log_odds_of_hold
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts
 from friction_bayes.estimators.waveform.early_rest import until_rest
 from friction_bayes.estimators.waveform.sensor_faults import plain_decay, without_sensor_faults
@@ -21,6 +22,8 @@ __all__ = ["FreePart", "free_part"]
 
 _MOST_LATER = 3
 """Times that the start may be moved."""
+_MOST_EARLIER = 4
+"""Half cycles within which a mass is stopped, at most."""
 
 
 class FreePart(NamedTuple):
@@ -65,12 +68,16 @@ def free_part(
     if shorter is not decay:
         decay, fit = shorter, fit_of(shorter)
     found = FreePart.of(*without_sensor_faults(decay, fit, fit_of))
+    # what stopped the mass makes its start improbable too
+    ended = _earlier(found, fit_of)
+    if ended is not None:
+        return ended
     for half_cycles in [] if from_here else [suspect] + [1] * (_MOST_LATER - 1):
         later = _later(found, fit_of, half_cycles)
         if later is None:
             break
         found = later
-    return found
+    return (_earlier(found, fit_of) if found.decay.later else None) or found
 
 
 def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int) -> FreePart | None:
@@ -92,3 +99,27 @@ def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int
     if not rest.white and (whole.behind_filter or rest.behind_filter):
         return None
     return rest
+
+
+def _earlier(whole: FreePart, fit_of: Callable[[FreeDecay], Fit]) -> FreePart | None:
+    """What is left without the last half cycles, if something rather stopped the mass in these.
+
+    As few of them as leave white noise: those before are known to be free by that.
+    """
+    if not whole.decay.stops or not whole.accounts.behind_none or whole.white:
+        return None
+    for half_cycles in range(1, _MOST_EARLIER + 1):
+        decay = whole.decay.half_cycles_earlier(half_cycles)
+        try:
+            fit = fit_of(decay)
+        except InputError:
+            return None
+        if fit.prediction is None or not whiteness(decay.values - fit.prediction).white:
+            continue
+        rest = FreePart.of(decay, fit)
+        before, border = rest.accounts.behind_none, decay.start_time + decay.duration - whole.decay.start_time
+        if not before or not rest.white:
+            continue
+        odds = log_odds_of_hold(whole.accounts.behind_none, before, border, half_cycles, at_end=True)
+        return rest if odds > 0.0 else None
+    return None

@@ -44,7 +44,7 @@ from friction_bayes.records.record import validate_record
 from friction_bayes.records.rounded_stamps import with_even_stamps
 from friction_bayes.records.wrapped_angle import with_unwrapped_angle
 
-__all__ = ["Segment", "cut_records", "free_from", "held_samples"]
+__all__ = ["Segment", "cut_records", "held_samples", "rather_free"]
 
 _NEIGHBOURS = 7
 _LOG_ODDS = math.log(0.1 / 0.9)
@@ -163,11 +163,15 @@ class Segment:
         """Derivative order of the signal."""
         return self.decay.quantity.order
 
-    def later(self, record: xr.DataArray, system: Oscillator, start: float) -> Segment:
-        """The same of its record, which is not clipped, from a time on [s]: the mass was held before."""
-        again = _cut(record, system, free_from=start - 0.5 * self.decay.step)
-        held = round((again.decay.start_time - self.decay.start_time) / self.decay.step)
-        return replace(again, held=self.held + held, sides=np.zeros_like(again.sides))
+    def only(self, free: FreeDecay, record: xr.DataArray, system: Oscillator) -> Segment:
+        """The same of its record, which is not clipped, while it is free: it was held before, or stopped."""
+        half = 0.5 * self.decay.step
+        if free.earlier:
+            record = record[record["time"].values < free.start_time + free.duration + half]
+        again = _cut(record, system, free_from=free.start_time - half if free.later else None)
+        held = self.held + round((again.decay.start_time - self.decay.start_time) / self.decay.step)
+        decay = replace(again.decay, earlier=free.earlier)
+        return replace(again, decay=decay, held=held, sides=np.zeros_like(again.sides))
 
     def head(self, n: int) -> Segment:
         """The first ``n`` samples; time and phase are the same."""
@@ -206,10 +210,10 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
     return segments
 
 
-def free_from(segment: Segment) -> float | None:
-    """When a segment rather becomes free [s], as :func:`friction_bayes.estimate` finds it; None at its start.
+def rather_free(segment: Segment) -> FreeDecay | None:
+    """The part in which a segment is free, as :func:`friction_bayes.estimate` finds it; None where it all is.
 
-    Something may have held the mass before, as a hand does. A clipped record is not judged.
+    Something may have held the mass before, or stopped it, as a hand does. A clipped record is not judged.
     """
     if segment.clipped:
         return None
@@ -217,12 +221,12 @@ def free_from(segment: Segment) -> float | None:
     ignored = np.zeros(decay.values.size, np.bool_)
     ignored[: segment.moving] = segment.ignored[: segment.moving]
     try:
-        later = free_part(
+        free = free_part(
             decay.without_stray(ignored), white_noise_fit(decay), suspect=max(segment.disturbed, 1)
         ).decay
     except InputError:
         return None
-    return later.start_time if later.later else None
+    return free if free.later or free.earlier else None
 
 
 def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = None) -> Segment:

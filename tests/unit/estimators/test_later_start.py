@@ -1,12 +1,15 @@
-"""Whether a decay says more from a later turning point on."""
+"""Whether a decay says more from a later turning point on, or up to an earlier one."""
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from experiments.ordinary_records import RECIPES
-from friction_bayes import Oscillator, estimate, make_record, simulate
+from friction_bayes import Oscillator, close_loop, estimate, estimate_batch, make_record, simulate
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.estimators.base import Fit
@@ -16,6 +19,7 @@ from friction_bayes.estimators.waveform.free_part import free_part
 
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.3
+QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
 def test_a_later_part_that_cannot_be_fitted_leaves_the_whole(seed: int) -> None:
@@ -83,3 +87,77 @@ def test_an_acceleration_may_jump_where_the_mass_turns_under_a_hand() -> None:
     assert high - low < 2e-3 * found.friction.mean()
     truth = held.truth(found.decay.start_time, found.decay.start_time + found.decay.duration)
     assert found.friction.mean() == pytest.approx(truth, abs=2.0 * (high - low))
+
+
+def stopped(quantity: str, seed: int, stop: float = 4.1, over: float = 0.15) -> xr.DataArray:
+    """A decay that a hand stops smoothly within a time constant ``over`` [s], and holds until 6.5 s."""
+    record = simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=0.02,
+        duration=6.5,
+        sampling_rate=200.0,
+        quantity=quantity,
+        seed=seed,
+    )
+    order = QUANTITIES.index(quantity)
+    motion = simulate(SYSTEM, friction=FRICTION, initial_displacement=0.02, duration=6.5, sampling_rate=200.0)
+    time, x = motion["time"].values, motion.values
+    held = time >= stop
+    first, u = int(np.argmax(held)), (time[held] - time[held][0]) / over
+    a, b = x[first], x[first] + over * (x[first + 1] - x[first - 1]) * 100.0
+    values = record.values.copy()
+    # (a + b u) exp(-u) goes on with place and speed
+    ways = (a + b * u, (b - a - b * u) / over, (a - 2.0 * b + b * u) / over**2)
+    values[held] = ways[order] * np.exp(-u)
+    noise = 1e-4 * 10.0**order * np.random.default_rng(seed).standard_normal(values.size)
+    return make_record(time, values + noise, quantity, synthetic=True)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_mass_that_a_hand_stops_is_fitted_until_then(quantity: str) -> None:
+    """Friction was 1.3 to 5 times too large, what stopped the mass being a random force."""
+    with pytest.warns(RecordWarning, match="as where a hand stops the mass"):
+        found = estimate(stopped(quantity, seed=4), SYSTEM)
+    assert found.decay.earlier > 0
+    assert 3.5 < found.decay.start_time + found.decay.duration < 4.2
+    low, high = found.friction.interval(0.98)
+    assert low < FRICTION < high < 1.15 * low
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_mass_that_friction_stops_is_fitted_to_the_end(quantity: str, seed: int) -> None:
+    """Under damping too, and under a force that fluctuates."""
+    for effects in (
+        {},
+        {"viscous_damping.damping_ratio": 0.004},
+        {"random_force.sd": 0.1 * FRICTION, "random_force.correlation_time": 0.1},
+    ):
+        record = simulate(
+            SYSTEM,
+            friction=FRICTION,
+            initial_displacement=0.02,
+            duration=12.0,
+            sampling_rate=200.0,
+            quantity=quantity,
+            noise_sd=1e-4 * 10.0 ** QUANTITIES.index(quantity),
+            effects=effects,
+            seed=seed,
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RecordWarning)
+            assert estimate(record, SYSTEM).decay.earlier == 0
+
+
+def test_a_batch_and_the_loop_leave_out_what_a_hand_does_too() -> None:
+    record = stopped("displacement", seed=4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordWarning)
+        one = estimate(record, SYSTEM)
+        many = estimate_batch(record.expand_dims("record"), SYSTEM, random_force="auto")
+        report = close_loop([record], SYSTEM)
+    assert many["friction_mean"].item() == pytest.approx(one.friction.mean(), rel=1e-9)
+    place = many["warnings"].attrs["flag_meanings"].split().index("earlier_end")
+    assert many["warnings"].item() >> place & 1
+    assert report.verdict == "adequate"
+    assert any("as where a hand stops the mass" in note for note in report.notes)

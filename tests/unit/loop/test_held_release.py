@@ -11,7 +11,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.loop.data.prepared_record import cut_records, free_from, held_samples
+from friction_bayes.loop.data.prepared_record import cut_records, held_samples, rather_free
 
 
 def held(count: int, quantity: str, seed: int) -> xr.DataArray:
@@ -78,10 +78,10 @@ def test_a_large_first_loss_is_left_to_the_laws_where_half_cycles_are_few(
     (segment,) = cut_records([record], system)
     assert segment.decay.start_time < 0.02
     assert segment.disturbed > 0
-    start = free_from(segment)
-    assert (start is not None) == cut
-    if start is not None:
-        assert start > 0.9
+    free = rather_free(segment)
+    assert (free is not None) == cut
+    if free is not None:
+        assert free.start_time > 0.9
 
 
 @cache

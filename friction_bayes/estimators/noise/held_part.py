@@ -1,10 +1,11 @@
-r"""Whether something still held the mass at the start of a record, as a hand does: by its first half cycles.
+r"""Whether something held the mass at the start or the end of a record, as a hand does: by some half cycles.
 
 Two hypotheses explain these. The decay was free: they have the probability of the whole record under all
 accounts of its residual, over that of the rest under the same. Or it was not, and whatever held the mass made
 them a smooth curve (:mod:`friction_bayes.estimators.noise.smooth_curve`) in the noise of the rest, which has
 to be white: a colour, or a floor, is taken from the samples, and is another one where there are fewer. An
-acceleration jumps where the mass turns, whatever held it: by any size, at an unknown sample near.
+acceleration jumps where the mass turns, whatever held it: by any size, at an unknown sample near; and where
+it is stopped, at any sample.
 """
 
 from __future__ import annotations
@@ -25,37 +26,46 @@ _LOG_PRIOR_ODDS = math.log(0.1 / 0.9)
 
 
 def log_odds_of_hold(
-    whole: Sequence[NoiseAccount], rest: Sequence[NoiseAccount], until: float, half_cycles: int
+    whole: Sequence[NoiseAccount],
+    rest: Sequence[NoiseAccount],
+    border: float,
+    half_cycles: int,
+    *,
+    at_end: bool = False,
 ) -> float:
-    """Log odds that the mass was held before a time, against free from the start.
+    """Log odds that the mass was held before a time, or from it on, against free throughout.
 
     Parameters
     ----------
     whole, rest : sequence of NoiseAccount
-        Of the record, and of what is left of it from ``until`` on; behind no filter.
-    until : float
-        From the first sample of the whole [s].
+        Of the record, and of what is left of it; behind no filter.
+    border : float
+        Between what was held and the rest, from the first sample of the whole [s].
     half_cycles : int
-        Before it.
+        That were held.
+    at_end : bool
+        Whether these are after the border.
     """
     best = max(rest, key=lambda account: account.probability)
     if best.coloured or best.weaker_above:
         return -math.inf
     all_of_it, after = record_evidence(whole), record_evidence(rest)
-    first = all_of_it.time < until
-    degrees = curve_degrees(half_cycles, int(np.count_nonzero(first)))
+    held = (all_of_it.time < border) != at_end
+    degrees = curve_degrees(half_cycles, int(np.count_nonzero(held)))
     if not degrees:
         return -math.inf
     # in units of the noise, one sample more or less in the rest is worth little
     noise = after.noise
     free = all_of_it.log_density_over(noise) - after.log_density_over(noise)
     amplitude = float(np.max(np.abs(all_of_it.signal)))
-    place = 2.0 * all_of_it.time[first] / until - 1.0
+    time, signal = all_of_it.time[held], all_of_it.signal[held]
+    place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     jumps = None
     if all_of_it.order == 2:
-        jumps = _jumps(all_of_it.time[first], until, half_cycles, after.frequency)
-    held = log_density_of_curve(place, all_of_it.signal[first] / noise, amplitude / noise, degrees, jumps)
-    return _LOG_PRIOR_ODDS + held - free
+        anywhere = np.arange(1, time.size)[:, None]
+        jumps = anywhere if at_end else _jumps(time, border, half_cycles, after.frequency)
+    by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, jumps)
+    return _LOG_PRIOR_ODDS + by_curve - free
 
 
 def _jumps(time: Array, until: float, half_cycles: int, frequency: float) -> Indices:
