@@ -35,6 +35,8 @@ _STEEPEST = 2.0
 """Prior standard deviation of the part in proportion to the amplitude, over the mean loss; by drag 1 or 2."""
 _ROUNDING = 1e-13
 """Share of a sum of squares that rounding leaves of samples which a regression fits to the last digit."""
+_STOPPED = 2
+"""Last amplitudes without which a drive shows too: a hand stops a mass within so many periods."""
 _COURSE = 3
 """Coefficients of the change of amplitude under a drive, in powers of time, at most."""
 
@@ -53,6 +55,14 @@ def driven_half_cycles(y: Array, omega: float, windows: Windows) -> int:
         The samples demodulated at it.
     """
     amplitude, noise = _amplitudes(y, omega, windows)
+    driven = _driven(amplitude, noise)
+    # what stops the mass at the end makes all before lose next to nothing
+    return driven if driven == 0 or _driven(amplitude[:-_STOPPED], noise) > 0 else 0
+
+
+@njit(**INNER)
+def _driven(amplitude: Array, noise: float) -> int:
+    """The same from amplitudes a period apart, and their noise."""
     steps = amplitude.size - 1
     places = steps - _FEWEST_DRIVEN
     if places < 1:
