@@ -14,7 +14,7 @@ from friction_bayes.decay.free_decay import check_sampling
 from friction_bayes.decay.location import decays_within
 from friction_bayes.records.clock import gaps, sampling_interval
 from friction_bayes.records.record import MINIMUM_SAMPLES, record_name, record_quantity, validate_record
-from friction_bayes.records.wrapped_angle import with_unwrapped_angle
+from friction_bayes.records.starting_over import while_going_on
 
 __all__ = ["split_decays"]
 
@@ -46,7 +46,7 @@ def split_decays(record: xr.DataArray, system: Oscillator) -> list[xr.DataArray]
     """
     check_system(system)
     validate_record(record)
-    record = with_unwrapped_angle(record)
+    record = while_going_on(record)
     name, time = record_name(record), record["time"].values
     check_sampling(name, sampling_interval(record), system)
     pauses = gaps(time, system.natural_frequency) + 1

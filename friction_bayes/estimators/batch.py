@@ -52,7 +52,7 @@ from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.held_readings import held_readings
 from friction_bayes.records.joined_readings import joined_readings
 from friction_bayes.records.record import MINIMUM_SAMPLES
-from friction_bayes.records.wrapped_angle import ANGLE_UNIT, HALF_A_TURN, unwrapped
+from friction_bayes.records.starting_over import going_on
 
 __all__ = ["STATUS", "WARNINGS", "estimate_batch"]
 
@@ -84,7 +84,7 @@ WARNINGS = {
     "push": "a force would have to act many times as large as friction",
     "held_readings": "readings are held, or joined by straight lines: estimate takes them alone",
     "taken_out": "interference, another mode or a drift of the sensor's zero is taken out",
-    "angle_unwrapped": "an angle starts over at the end of a turn and is taken to go on there",
+    "numbers_start_over": "numbers start over, as at the end of a turn, and are taken to go on there",
 }
 """Bits of ``warnings``, the lowest first, and what they say of a record."""
 _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
@@ -330,8 +330,8 @@ def _estimate_chunk(
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
     seen = extremes(values)
-    values, wrapped = _unwrapped(values, like.unit, seen)
-    seen = extremes(values) if wrapped.any() else seen
+    values, started_over = _going_on(values, like.unit, seen)
+    seen = extremes(values) if started_over.any() else seen
     values, mended, dropouts = _set_aside(values, system.natural_frequency * like.step, seen)
     doubtful = seen.flat | mended
     seen = extremes(values) if mended.any() else seen
@@ -353,7 +353,7 @@ def _estimate_chunk(
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
-    flags[wrapped] |= _BIT["angle_unwrapped"]
+    flags[started_over] |= _BIT["numbers_start_over"]
     flags[_finite(family.cdf(0.0, *coefficient)) > SURELY_NEGATIVE] |= _BIT["negative_friction"]
     used, looked_at = found.copy(), dict[int, tuple[FreeDecay, bool]]()
     white, straight = np.zeros((2, len(values)), dtype=np.bool_)
@@ -481,13 +481,14 @@ def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
             located.status[row] = _LEAPS
 
 
-def _unwrapped(values: Array, unit: str, seen: Extremes) -> tuple[Array, Mask]:
-    """Rows in which angles that start over go on, and which those are."""
+def _going_on(values: Array, unit: str, seen: Extremes) -> tuple[Array, Mask]:
+    """Rows in which numbers that start over go on, and which those are."""
     which = np.zeros(len(values), dtype=np.bool_)
     found = values
-    may_be = seen.finite & (unit == ANGLE_UNIT) & (seen.widest > HALF_A_TURN)
+    # over half of what they may go, and no farther
+    may_be = seen.finite & (seen.widest > 0.5 * (seen.high - seen.low))
     for row in np.flatnonzero(may_be).tolist():
-        own = unwrapped(values[row])
+        own = going_on(values[row], unit)
         if own is not None:
             found = values.copy() if found is values else found
             found[row], which[row] = own, True

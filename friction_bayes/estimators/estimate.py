@@ -39,7 +39,7 @@ from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
 from friction_bayes.records.rounded_stamps import with_even_stamps
-from friction_bayes.records.wrapped_angle import with_unwrapped_angle
+from friction_bayes.records.starting_over import while_going_on
 
 __all__ = [
     "RANDOM_FORCE_CHOICES",
@@ -153,7 +153,7 @@ def estimate(
     # not a decorator: its frame would take the place of the caller's line in warnings
     with single_threaded_blas():
         validate_record(record)
-        record, dropouts = set_dropouts_aside(with_even_stamps(with_unwrapped_angle(record)), system)
+        record, dropouts = set_dropouts_aside(with_even_stamps(while_going_on(record)), system)
         record, _ = readings_alone(record, system.natural_frequency)
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)

@@ -42,7 +42,7 @@ from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import validate_record
 from friction_bayes.records.rounded_stamps import with_even_stamps
-from friction_bayes.records.wrapped_angle import with_unwrapped_angle
+from friction_bayes.records.starting_over import while_going_on
 
 __all__ = ["Segment", "cut_records", "held_samples", "rather_free"]
 
@@ -232,7 +232,7 @@ def rather_free(segment: Segment) -> FreeDecay | None:
 def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = None) -> Segment:
     """The part of one record that is fitted, from where it is known to be free [s]."""
     validate_record(record)
-    record, dropouts = set_dropouts_aside(with_even_stamps(with_unwrapped_angle(record)), system)
+    record, dropouts = set_dropouts_aside(with_even_stamps(while_going_on(record)), system)
     record, kept = readings_alone(record, system.natural_frequency)
     record, excursions = set_excursions_aside(record, system)
     stray = np.append(excursions, np.flatnonzero(np.isin(record["time"].values, dropouts)))

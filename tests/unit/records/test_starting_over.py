@@ -1,4 +1,4 @@
-"""Angles that a sensor shows within one turn."""
+"""Angles that a sensor shows within one turn, and counters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import friction_bayes as fb
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.records.wrapped_angle import unwrapped
+from friction_bayes.records.starting_over import going_on
 
 DISC = fb.Oscillator(inertia=0.01, stiffness=0.4)
 TURN = 2.0 * math.pi
@@ -36,7 +36,7 @@ def angle(release: float, about: float = 0.0, seed: int = 1) -> xr.DataArray:
 
 
 def wrapped(record: xr.DataArray, first: float = 0.0) -> xr.DataArray:
-    """What a sensor shows that starts over at the end of a turn from ``first`` on."""
+    """What a sensor shows that start over, as at the end of a turn from ``first`` on."""
     return record.copy(data=first + np.mod(record.values - first, TURN))
 
 
@@ -46,7 +46,7 @@ def test_it_goes_on_where_it_starts_over(release: float, about: float, first: fl
     time = np.linspace(0.0, 8.0 * math.pi, 1000)
     motion = release * np.cos(time) + about
     shown = first + np.mod(motion - first, TURN)
-    found = unwrapped(shown)
+    found = going_on(shown, "rad")
     if found is None:
         assert np.max(np.abs(np.diff(shown))) <= math.pi
         found = shown
@@ -57,7 +57,7 @@ def test_it_goes_on_where_it_starts_over(release: float, about: float, first: fl
 def test_a_stray_sample_is_no_turn(value: float) -> None:
     values = 0.1 * np.cos(np.linspace(0.0, 40.0, 500))
     values[[100, 300]] = value
-    assert unwrapped(values) is None
+    assert going_on(values, "rad") is None
 
 
 def estimated(record: xr.DataArray) -> fb.Estimate:
@@ -73,9 +73,9 @@ def test_friction_is_that_of_the_motion(release: float) -> None:
     shown = wrapped(record)
     plain, found = estimated(record), estimated(shown)
     assert found.friction.mean() == pytest.approx(plain.friction.mean(), rel=1e-6)
-    with pytest.warns(fb.RecordWarning, match="starts over at the end of a turn"):
+    with pytest.warns(fb.RecordWarning, match="start over, as at the end of a turn"):
         fb.estimate(shown, DISC)
-    with pytest.warns(fb.RecordWarning, match="starts over at the end of a turn"):
+    with pytest.warns(fb.RecordWarning, match="start over, as at the end of a turn"):
         (segment,) = cut_records([shown], DISC)
     assert np.ptp(segment.values) == pytest.approx(np.ptp(record.values), rel=1e-3)
 
@@ -94,7 +94,7 @@ def test_a_batch_goes_on_too_and_marks_which() -> None:
     shown[1] = motion[1]
     plain, found = many(motion, time), many(shown, time)
     assert found["friction_mean"].values == pytest.approx(plain["friction_mean"].values, rel=1e-6)
-    place = found["warnings"].attrs["flag_meanings"].split().index("angle_unwrapped")
+    place = found["warnings"].attrs["flag_meanings"].split().index("numbers_start_over")
     assert (found["warnings"].values >> place & 1).tolist() == [1, 0, 1]
 
 
@@ -103,5 +103,19 @@ def test_decays_of_one_recording_are_split_where_it_goes_on() -> None:
     twice = np.concatenate([record.values, np.full(150, record.values[-1]), record.values])
     time = 0.01 * np.arange(twice.size)
     shown = fb.make_record(time, np.mod(twice, TURN), "angle")
-    with pytest.warns(fb.RecordWarning, match="starts over"):
+    with pytest.warns(fb.RecordWarning, match="start over"):
         assert len(fb.split_decays(shown, DISC)) == 2
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_a_counter_goes_on_too(bits: int) -> None:
+    """Over its middle or its end; numbers that are no whole ones are none of a counter."""
+    time = np.linspace(0.0, 8.0 * math.pi, 2000)
+    motion = np.round(0.3 * 2.0**bits * np.cos(time))
+    shown = np.mod(motion, 2.0**bits)
+    found = going_on(shown, "counts")
+    assert found is not None
+    assert np.array_equal(found - found[0], motion - motion[0])
+    assert going_on(motion, "counts") is None
+    assert going_on(shown + 0.5, "counts") is None
+    assert going_on(shown, "V") is None
