@@ -8,7 +8,7 @@ from typing import NamedTuple
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, UNCALIBRATED_UNITS, Quantity, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 
-__all__ = ["Header", "read_header", "split_run"]
+__all__ = ["Header", "read_header", "spelled_quantity", "split_run"]
 
 _RUN = re.compile(r"(?P<name>.*\S)\s+Run #(?P<run>\d+)")
 
@@ -68,6 +68,17 @@ def read_header(name: str) -> Header:
     if unit in UNCALIBRATED_UNITS or unit in _WEIGHTS:
         return Header(False, None, unit)
     return Header(False, next((q for q in QUANTITIES.values() if unit in known_units(q)), None), unit)
+
+
+def spelled_quantity(name: str) -> Quantity | None:
+    """Return the quantity that a name alone spells out, ``ay``, whether it has a unit or not."""
+    return _spelled(_subject(_stem(name).partition(",")[0]))
+
+
+def _stem(name: str) -> str:
+    """Return the last part of a name, without a unit in brackets."""
+    found = _WITH_UNIT.fullmatch(name.strip())
+    return (name if found is None else found["name"] or found["n"]).split("/")[-1]
 
 
 def split_run(name: str) -> tuple[str, int | None]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Indices
 from friction_bayes.core.checks import positive
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import (
     QUANTITIES,
     TIME_UNITS,
@@ -21,10 +22,11 @@ from friction_bayes.core.quantities import (
     Quantity,
     known_units,
     quantity_named,
+    to_si,
 )
-from friction_bayes.core.text import words
+from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.readers.headers import read_header, split_run
+from friction_bayes.records.readers.headers import read_header, spelled_quantity, split_run
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
@@ -135,7 +137,12 @@ def record_from_table(
         rows = None if rows is None else rows[first]
     kept = within(record, start, end)
     record, rows = record[kept], None if rows is None else rows[kept]
-    return validate_record(record, rows=rows, time_unit=time_unit)
+    validate_record(record, rows=rows, time_unit=time_unit)
+    if signal_column is not None:
+        taken = slice(None) if duplicates is not None else kept
+        signals = Table({name: each for name, each in table.columns.items() if name != clock_name})
+        _warn_of_axes_that_move_more(signals, chosen, signal_name, kind, taken)
+    return record
 
 
 def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:
@@ -254,7 +261,11 @@ def _signal_name(
     if len(found) == 1:
         return found[0]
     if found:
-        raise InputError(place, f"several signals: {', '.join(found)}", "name one with --signal-column")
+        raise InputError(
+            place,
+            f"several signals: {_with_movement(table, found)}",
+            "name one with --signal-column, of axes the one that moves most",
+        )
     for kind in QUANTITIES.values():
         for name in others:
             if name.startswith(f"{kind.name}_"):
@@ -269,6 +280,60 @@ def _signal_name(
         f"name it one of {columns}, or give --signal-column and --unit, and --quantity where that is no unit "
         "of motion, as V",
     )
+
+
+def _with_movement(table: Table, names: Sequence[str]) -> str:
+    """List columns with the standard deviation of each, in the unit of the file."""
+    listed = []
+    for name in names:
+        sd, unit = _standard_deviation(table.columns[name]), _stated(name, table.columns[name])[1]
+        moved = "" if sd is None else f" [sd {number(sd, 3)} {unit or ''}".rstrip() + "]"
+        listed.append(f"{name}{moved}")
+    return ", ".join(listed)
+
+
+def _standard_deviation(column: Column, taken: slice = slice(None)) -> float | None:
+    """How far the samples of a column move about their mean; None where it holds no numbers."""
+    try:
+        values = np.asarray(column.read(), dtype=np.float64)[taken]
+    except (InputError, TypeError, ValueError):
+        return None
+    values = values[np.isfinite(values)]
+    return float(values.std()) if values.size else None
+
+
+def _warn_of_axes_that_move_more(table: Table, record: str, name: str, kind: Quantity, taken: slice) -> None:
+    """Warn where another column of the same quantity moves more than the one that was named."""
+    alike = {kind, _about(table, name)} - {None}
+    own, unit = _movement(table, name, kind, taken)
+    others = {
+        other: _movement(table, other, kind, taken)
+        for other in table.columns
+        if other != name and _about(table, other) in alike
+    }
+    sd, most = max(((sd, other) for other, (sd, its) in others.items() if its == unit), default=(0.0, ""))
+    # of two sensors that follow the same motion nothing need be said
+    if own and float(times := number(sd / own, 2)) > 1.0:
+        warnings.warn(
+            f"{record}: column {most} moves {times} times as much as {name} (standard deviation): of several "
+            "axes of one sensor name the one that moves most, or friction comes out too small",
+            RecordWarning,
+            stacklevel=4,
+        )
+
+
+def _about(table: Table, name: str) -> Quantity | None:
+    """Quantity of a column by the file or by its name, with a unit or without."""
+    return _stated(name, table.columns[name])[0] or spelled_quantity(name)
+
+
+def _movement(table: Table, name: str, kind: Quantity, taken: slice) -> tuple[float, str | None]:
+    """Standard deviation of a column, zero where it holds no numbers, and the unit that it is in."""
+    sd, unit = _standard_deviation(table.columns[name], taken) or 0.0, _stated(name, table.columns[name])[1]
+    if unit not in known_units(kind):
+        return sd, unit
+    factor, unit = to_si(kind, unit)
+    return sd * factor, unit
 
 
 def _measured_in(unit: str | None) -> str | None:

@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.io import savemat, wavfile
 
 from friction_bayes.core import optional
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.records.readers import READERS, Column, Table, read_record
 from friction_bayes.records.readers.text import TEXT_SUFFIXES
@@ -252,10 +252,37 @@ def test_unclear_columns_are_refused(tmp_path, header, options, message) -> None
 
 def test_several_signals_need_a_choice(tmp_path) -> None:
     path = save(tmp_path, [f"{row},0.5" for row in ROWS], "time_s,displacement_m,velocity_m_s")
-    with pytest.raises(InputError, match="several signals: displacement_m, velocity_m_s"):
+    with pytest.raises(
+        InputError, match=r"several signals: displacement_m \[sd 0\.00511 m\], velocity_m_s \[sd 0 m/s\];"
+    ):
         read_record(path)
     assert_is_the_signal(read_record(path, quantity="displacement"))
     assert_is_the_signal(read_record(path, signal_column="displacement_m"))
+
+
+def test_a_named_column_that_moves_less_than_another_of_its_quantity(tmp_path) -> None:
+    def three_axes(names):
+        axes = np.column_stack([TIME, SIGNAL / 30.0, SIGNAL + 0.004, 9.0 * SIGNAL]).tolist()
+        return save(tmp_path, [",".join(map(repr, row)) for row in axes], names)
+
+    path = three_axes("time_s,Acceleration x (m/s^2),Acceleration y (m/s^2),Temperature (K)")
+    with pytest.warns(
+        RecordWarning, match=r"column Acceleration y .* moves 30 times as much as Acceleration x"
+    ):
+        read_record(path, signal_column=1)
+    read_record(path, signal_column=2)
+    # in other units, and without any
+    path = three_axes("time_s,x_cm,y_mm,angle_rad")
+    with pytest.warns(RecordWarning, match="column y_mm moves 3 times as much as x_cm"):
+        read_record(path, signal_column="x_cm")
+    path = three_axes("time_s,ax,ay,angle")
+    with pytest.warns(RecordWarning, match="column ay moves 30 times"):
+        read_record(path, signal_column="ax", quantity="acceleration", unit="g")
+
+
+def test_two_sensors_of_one_motion_need_no_warning(tmp_path) -> None:
+    rows = [f"{row},{1.03 * x!r}" for row, x in zip(ROWS, SIGNAL.tolist(), strict=True)]
+    read_record(save(tmp_path, rows, "time_s,x_mm,y_mm"), signal_column="x_mm")
 
 
 def test_mixed_decimal_marks_are_refused(tmp_path) -> None:
@@ -335,7 +362,7 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
         ({"run": 3}, "there is no run 3; choose one with run: 1, 2"),
         (
             {"run": 2},
-            r"several signals: Angle, Ch 1\+2 \(rad\), Angular Velocity, Ch 1\+2 \(rad/s\); name one with",
+            r"several signals: Angle, Ch 1\+2 \(rad\) \[sd .* rad\], Angular Velocity, Ch 1\+2 \(rad/s\) \[sd",
         ),
         (
             {"run": 2, "signal_column": "Angle"},
