@@ -8,7 +8,7 @@ from typing import NamedTuple
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, UNCALIBRATED_UNITS, Quantity, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 
-__all__ = ["Header", "read_header", "spelled_quantity", "split_run"]
+__all__ = ["Header", "is_magnitude", "read_header", "spelled_quantity", "split_run"]
 
 _RUN = re.compile(r"(?P<name>.*\S)\s+Run #(?P<run>\d+)")
 
@@ -31,6 +31,9 @@ _SUBJECTS = {
     }.items()
 }
 """What people call each quantity, along an axis or none."""
+
+_MAGNITUDE = re.compile(r"(?:.*_)?(?:abs|absolute|magnitude|norm|resultant|total)(?:_.*)?|\|.*\||tgf")
+"""What people call the length of a vector of three axes."""
 
 _TIMES = {"time", "t", "elapsed_time", "timestamp", "x_value"}
 """The last is LabVIEW's, of a signal over time."""
@@ -73,6 +76,11 @@ def read_header(name: str) -> Header:
 def spelled_quantity(name: str) -> Quantity | None:
     """Return the quantity that a name alone spells out, ``ay``, whether it has a unit or not."""
     return _spelled(_subject(_stem(name).partition(",")[0]))
+
+
+def is_magnitude(name: str) -> bool:
+    """Whether a column is named like the length of a vector, ``Absolute acceleration (m/s^2)``, ``TgF``."""
+    return _MAGNITUDE.fullmatch(_subject(_stem(name))) is not None
 
 
 def _stem(name: str) -> str:

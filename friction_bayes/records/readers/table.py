@@ -26,7 +26,7 @@ from friction_bayes.core.quantities import (
 )
 from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.readers.headers import read_header, spelled_quantity, split_run
+from friction_bayes.records.readers.headers import is_magnitude, read_header, spelled_quantity, split_run
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
@@ -108,6 +108,8 @@ def record_from_table(
     column = table.columns[signal_name]
     kind, unit, factor = _meaning(place, signal_name, column, quantity, unit, scale)
     values = column.read()
+    if kind.order and _without_sign(signal_name, values):
+        raise _magnitude(table, place, signal_name, kind)
     time_unit = "s"
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
@@ -256,6 +258,8 @@ def _signal_name(
     stated = {name: _stated(name, table.columns[name])[0] for name in others}
     found = [name for name, kind in stated.items() if kind and quantity in (None, kind.name)]
     found = _outermost(found)
+    signed = [name for name in found if not is_magnitude(name)]
+    found = signed or found
     if not found and quantity is not None and len(others) == 1:
         found = others
     if len(found) == 1:
@@ -309,7 +313,7 @@ def _warn_of_axes_that_move_more(table: Table, record: str, name: str, kind: Qua
     others = {
         other: _movement(table, other, kind, taken)
         for other in table.columns
-        if other != name and _about(table, other) in alike
+        if other != name and _about(table, other) in alike and not is_magnitude(other)
     }
     sd, most = max(((sd, other) for other, (sd, its) in others.items() if its == unit), default=(0.0, ""))
     # of two sensors that follow the same motion nothing need be said
@@ -334,6 +338,27 @@ def _movement(table: Table, name: str, kind: Quantity, taken: slice) -> tuple[fl
         return sd, unit
     factor, unit = to_si(kind, unit)
     return sd * factor, unit
+
+
+def _without_sign(name: str, values: NDArray[Any]) -> bool:
+    """Whether a column is the length of a vector, by its name and for want of numbers below zero."""
+    return is_magnitude(name) and values.dtype.kind in "fiu" and not np.any(values < 0)
+
+
+def _magnitude(table: Table, place: str, name: str, kind: Quantity) -> InputError:
+    """Return what to say of the length of a vector, which does not show which way the motion goes."""
+    axes = [
+        other
+        for other, column in table.columns.items()
+        if _stated(other, column)[0] is kind and not is_magnitude(other)
+    ]
+    return InputError(
+        place,
+        f"column {name} is the length of a vector, without the sign of the motion",
+        "with --signal-column name the axis that moves most: " + _with_movement(table, axes)
+        if axes
+        else "record the axis of the motion",
+    )
 
 
 def _measured_in(unit: str | None) -> str | None:

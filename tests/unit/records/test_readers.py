@@ -285,6 +285,31 @@ def test_two_sensors_of_one_motion_need_no_warning(tmp_path) -> None:
     read_record(save(tmp_path, rows, "time_s,x_mm,y_mm"), signal_column="x_mm")
 
 
+def test_the_length_of_a_vector_is_no_signal(tmp_path) -> None:
+    lengths = np.hypot(SIGNAL + 4.0, 9.0).tolist()
+    rows = [f"{row},{length!r}" for row, length in zip(ROWS, lengths, strict=True)]
+    path = save(tmp_path, rows, "Time (s),Acceleration x (m/s^2),Absolute acceleration (m/s^2)")
+    message = (
+        r"Absolute acceleration .* without the sign of the motion; with signal_column name the axis that "
+    )
+    with pytest.raises(
+        InputError, match=message + r"moves most: Acceleration x \(m/s\^2\) \[sd 0.00511 m/s2"
+    ):
+        read_record(path, signal_column=2)
+    assert read_record(path).attrs["read"].startswith("Acceleration x (m/s^2)")
+    alone = save(tmp_path, [f"{t!r},{r!r}" for t, r in zip(TIME.tolist(), lengths, strict=True)], "time,TgF")
+    with pytest.raises(
+        InputError, match=r"column TgF is the length of a vector.*; record the axis of the motion"
+    ):
+        read_record(alone)
+    # what has a sign is none, whatever its name, nor is the position that an absolute encoder shows
+    assert_is_the_signal(
+        read_record(save(tmp_path, ROWS, "time_s,total velocity (m/s)")), quantity="velocity", unit="m/s"
+    )
+    rows = [f"{t!r},{r!r}" for t, r in zip(TIME.tolist(), lengths, strict=True)]
+    read_record(save(tmp_path, rows, "time_s,absolute angle (rad)"))
+
+
 def test_mixed_decimal_marks_are_refused(tmp_path) -> None:
     rows = [row.replace(",", ";") for row in ROWS]
     rows[30] = rows[30].replace(".", ",")
