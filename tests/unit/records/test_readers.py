@@ -387,7 +387,7 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
         ({"run": 3}, "there is no run 3; choose one with run: 1, 2"),
         (
             {"run": 2},
-            r"several signals: Angle, Ch 1\+2 \(rad\) \[sd .* rad\], Angular Velocity, Ch 1\+2 \(rad/s\) \[sd",
+            r"several signals: Angle, Ch 1\+2 \(rad\) \[.*\], Angular Velocity, Ch 1\+2 \(rad/s\) \[sd",
         ),
         (
             {"run": 2, "signal_column": "Angle"},
