@@ -155,6 +155,25 @@ def test_a_sampling_rate_takes_the_place_of_a_bad_clock(tmp_path) -> None:
     assert_is_the_signal(read_record(path, sampling_rate=RATE))
 
 
+def test_a_header_line_that_comes_again_begins_another_recording(tmp_path) -> None:
+    header = "time_s,displacement_m"
+    path = save(tmp_path, [*(f"{row}1" for row in ROWS), header, *ROWS], header)
+    with pytest.raises(
+        InputError, match=rf"row {N + 2}: the header line comes again.*; split .* skip_rows={N + 1}$"
+    ):
+        read_record(path)
+    assert_is_the_signal(read_record(path, skip_rows=N + 1))
+    numbers = save(tmp_path, ["0,1", *ROWS[1:]], None)
+    assert read_record(numbers, time_column=0, signal_column=1, quantity="displacement", unit="m").size == N
+
+
+def test_a_last_row_that_is_cut_off(tmp_path) -> None:
+    with pytest.raises(
+        InputError, match=rf"row {N + 1}: the last row is cut off: found 1 of 2 cells; remove that"
+    ):
+        read_record(save(tmp_path, [*ROWS[:-1], "1.1"]))
+
+
 def edited(**changes):
     """Rows with some replaced; row numbers as an editor shows them, the header being row 1."""
     rows = list(ROWS)
