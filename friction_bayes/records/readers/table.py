@@ -281,8 +281,7 @@ def _signal_name(
     raise _headerless(table, place) or InputError(
         place,
         f"no column says what was measured among {_listed(table)}",
-        f"name it one of {columns}, or give --signal-column and --unit, and --quantity where that is no unit "
-        "of motion, as V",
+        f"name it one of {columns}, or give --signal-column, --quantity and --unit",
     )
 
 
@@ -413,7 +412,7 @@ def _meaning(
         raise InputError(
             place,
             f"column {name!r} does not say what was measured",
-            "give --unit, and --quantity where that is no unit of motion, as V",
+            f"give --quantity, one of {', '.join(QUANTITIES)}" + ("" if unit or stated else ", and --unit"),
         )
     return kind, *unit_and_factor(kind, stated, unit, scale, place=place, column=name)
 

@@ -269,6 +269,16 @@ def test_unclear_columns_are_refused(tmp_path, header, options, message) -> None
         read_record(save(tmp_path, ROWS, header), **options)
 
 
+def test_what_is_asked_for_is_enough(tmp_path) -> None:
+    path = save(tmp_path, ROWS, "time_s,encoder")
+    with pytest.raises(InputError, match=r"or give signal_column, quantity and unit$"):
+        read_record(path, unit="counts")
+    with pytest.raises(InputError, match=r"angular_acceleration$"):
+        read_record(path, signal_column="encoder", unit="counts")
+    record = read_record(path, signal_column="encoder", quantity="angle", unit="counts")
+    assert_is_the_signal(record, quantity="angle", unit="counts")
+
+
 def test_several_signals_need_a_choice(tmp_path) -> None:
     path = save(tmp_path, [f"{row},0.5" for row in ROWS], "time_s,displacement_m,velocity_m_s")
     with pytest.raises(
@@ -413,7 +423,10 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
             r"'Angle' is not there; give one of Time \(s\), Angle, Ch 1\+2 \(rad\), Angular",
         ),
         ({"run": 1, "signal_column": 1, "unit": "deg"}, "is in rad, unit says deg"),
-        ({"run": 1, "signal_column": 3}, "does not say what was measured; give unit, and quantity where"),
+        (
+            {"run": 1, "signal_column": 3},
+            r"does not say what was measured; give quantity, one of disp.*cceleration$",
+        ),
         ({"run": 1, "time_column": 3, "signal_column": 1}, r"time column Output Voltage \(V\) is in V"),
     ],
 )
