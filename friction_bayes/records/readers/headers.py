@@ -8,7 +8,7 @@ from typing import NamedTuple
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, UNCALIBRATED_UNITS, Quantity, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 
-__all__ = ["Header", "is_magnitude", "read_header", "spelled_quantity", "split_run"]
+__all__ = ["Header", "is_magnitude", "read_header", "spelled_quantity", "split_run", "unit_at_end"]
 
 _RUN = re.compile(r"(?P<name>.*\S)\s+Run #(?P<run>\d+)")
 
@@ -76,6 +76,14 @@ def read_header(name: str) -> Header:
 def spelled_quantity(name: str) -> Quantity | None:
     """Return the quantity that a name alone spells out, ``ay``, whether it has a unit or not."""
     return _spelled(_subject(_stem(name).partition(",")[0]))
+
+
+def unit_at_end(name: str, quantity: Quantity) -> str | None:
+    """Return the unit of a quantity at the end of a name that does not spell that out, ``laser_mm``."""
+    parts = _stem(name).split("_")
+    ends = (parts[k:] for k in range(1, len(parts)))
+    units = (plain_unit("/".join(end)) for end in ends if end != ["in"])
+    return next((unit for unit in units if unit in known_units(quantity)), None)
 
 
 def is_magnitude(name: str) -> bool:

@@ -26,7 +26,13 @@ from friction_bayes.core.quantities import (
 )
 from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.readers.headers import is_magnitude, read_header, spelled_quantity, split_run
+from friction_bayes.records.readers.headers import (
+    is_magnitude,
+    read_header,
+    spelled_quantity,
+    split_run,
+    unit_at_end,
+)
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
@@ -414,6 +420,8 @@ def _meaning(
             f"column {name!r} does not say what was measured",
             f"give --quantity, one of {', '.join(QUANTITIES)}" + ("" if unit or stated else ", and --unit"),
         )
+    if stated is None and unit is None:
+        stated = unit_at_end(name, kind)
     return kind, *unit_and_factor(kind, stated, unit, scale, place=place, column=name)
 
 

@@ -279,6 +279,29 @@ def test_what_is_asked_for_is_enough(tmp_path) -> None:
     assert_is_the_signal(record, quantity="angle", unit="counts")
 
 
+@pytest.mark.parametrize(
+    ("header", "quantity", "unit"),
+    [
+        ("laser_mm", "displacement", "mm"),
+        ("imu_pin_3_m_s2", "acceleration", "m/s2"),
+        ("wheel_rad_s", "angular_velocity", "rad/s"),
+        ("encoder_counts", "angle", "counts"),
+    ],
+)
+def test_a_name_of_its_own_says_its_unit_at_the_end(tmp_path, header, quantity, unit) -> None:
+    path = save(tmp_path, ROWS, f"time_s,{header}")
+    assert read_record(path, quantity=quantity).attrs["read"] == f"{header} [{unit}] over time_s [s]"
+    # an option has the word: the end of a name may be no unit
+    assert (
+        "[um]"
+        in read_record(save(tmp_path, ROWS, "time_s,laser_m"), quantity="displacement", unit="um").attrs[
+            "read"
+        ]
+    )
+    with pytest.raises(InputError, match="column 'wire_in' does not say its unit"):
+        read_record(save(tmp_path, ROWS, "time_s,wire_in"), quantity="displacement")
+
+
 def test_several_signals_need_a_choice(tmp_path) -> None:
     path = save(tmp_path, [f"{row},0.5" for row in ROWS], "time_s,displacement_m,velocity_m_s")
     with pytest.raises(
