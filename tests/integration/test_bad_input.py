@@ -124,6 +124,14 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "missing set-up record": ((*SYSTEM, "--setup", "nowhere.csv"), "nowhere.csv"),
     "start outside the record": ((*SYSTEM, "--start", "99"), "start"),
     "start after the motion": ((*SYSTEM, "--start", "4.95"), "three half cycles"),
+    "decimal comma": (
+        ("--mass", "0,5", "--stiffness", "1"),
+        "estimate: argument --mass: '0,5' is not a number: write a decimal point, and nothing between",
+    ),
+    "decimal comma in a prior": (
+        (*SYSTEM, "--prior", "mu=0,1"),
+        "--prior mu: '0,1' is not a number: write a decimal point",
+    ),
     "unknown option": ((*SYSTEM, "--colour", "red"), "estimate: unknown argument --colour; see"),
     "misspelt option": ((*SYSTEM, "--methd", "envelope"), "--methd (did you mean --method?)"),
     "abbreviated option": ((*SYSTEM, "--meth", "waveform"), "--meth"),
