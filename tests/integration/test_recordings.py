@@ -368,7 +368,7 @@ def test_start_and_end_cut_before_a_record_is_judged(
     assert "signal is nan at row 22 (t = 0.2 s) and 1 more" in refused(*argv)
     assert "signal is nan at row 482 (t = 4.8 s); " in refused(*argv, "--start", "0.21")
     assert "7 samples; give at least 8" in refused(*argv, "--start", "0.21", "--end", "0.27")
-    assert "--end: 9 s lies outside one.csv; give 0 .. 4.99 s" in refused(*argv, "--end", "9")
+    assert "--end: 9 s lies outside one.csv; give 0 to 4.99 s" in refused(*argv, "--end", "9")
     assert "--end: 1 s is before --start 2 s" in refused(*argv, "--start", "2", "--end", "1")
 
 
