@@ -318,7 +318,7 @@ def test_what_was_understood_is_printed(csv: Path, capsys: pytest.CaptureFixture
     assert (
         "read displacement_m [m] over time_s [s]: 500 samples, 100 Hz, 0 to 4.99 s; fitted 0 to 4." in shown
     )
-    assert "half cycles friction" in shown
+    assert "half cycles, first amplitude 0.02 m friction" in shown
 
 
 def test_several_channels_are_listed(
