@@ -198,7 +198,7 @@ def test_a_unit_that_is_not_known_is_asked_for(
 ) -> None:
     paths = [write(["t,x", *rows_of(*decay())], name) for name in ("one.csv", "two.csv")]
     argv = (command, *(paths if command == "monitor" else paths[:1]), *LINEAR, "--out", str(tmp_path / "out"))
-    assert "--signal-column and --unit" in refused(*argv)
+    assert "--signal-column, --quantity and --unit" in refused(*argv)
     assert "column 'x' does not say its unit; give --unit, one of m, cm, mm" in refused(
         *argv, "--signal-column", "1", "--quantity", "displacement"
     )

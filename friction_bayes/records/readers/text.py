@@ -117,9 +117,8 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
 
 def _check_rows(path: Path, names: list[str], table: list[tuple[int, list[str]]]) -> None:
     """Refuse rows of another width than the header's, and its coming again; drop empty cells at the end."""
-    unnamed = names == _by_number(len(names))
-    again = [row for row, cells in table if cells[: len(names)] == names and not unnamed]
-    if again:
+    again = [row for row, cells in table if cells[0] == names[0] and cells[: len(names)] == names]
+    if again and names != _by_number(len(names)):
         # an archive and a workbook have no --skip-rows
         plain = path.suffix.lower() in TEXT_SUFFIXES and path.is_file()
         last = f", or read the last one by --skip-rows {again[-1] - 1}" if plain else ""
@@ -136,7 +135,7 @@ def _check_rows(path: Path, names: list[str], table: list[tuple[int, list[str]]]
         if len(cells) < len(names) and row == table[-1][0]:
             raise InputError(
                 f"{path}: row {row}",
-                f"the last row is cut off: found {len(cells)} of {len(names)} cells",
+                f"found {len(cells)} of {len(names)} cells in the last row, cut off or no part of the table",
                 "remove that row",
             )
         raise InputError(
