@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -35,7 +34,6 @@ from friction_bayes.records.readers.headers import (
     unit_at_end,
 )
 from friction_bayes.records.readers.scale import unit_and_factor
-from friction_bayes.records.readers.starting_over import continued
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
 __all__ = ["Column", "Table", "is_time", "meanings", "record_from_table", "times_of"]
@@ -118,8 +116,6 @@ def record_from_table(
     values = column.read()
     if kind.order and _without_sign(signal_name, values):
         raise _magnitude(table, place, signal_name, kind)
-    chosen = name or column.attrs.get("name") or Path(place).name
-    values = continued(values, _turn(kind, unit, factor), chosen)
     time_unit = "s"
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
@@ -137,6 +133,7 @@ def record_from_table(
             f"no time column among {_listed(table)}",
             "name it time_s, or give --time-column or --sampling-rate",
         )
+    chosen = name or column.attrs.get("name") or Path(place).name
     record = make_record(
         time, values if factor == 1.0 else factor * values, kind.name, unit=unit, name=chosen
     )
@@ -154,12 +151,6 @@ def record_from_table(
         signals = Table({name: each for name, each in table.columns.items() if name != clock_name})
         _warn_of_axes_that_move_more(signals, chosen, signal_name, kind, taken)
     return record
-
-
-def _turn(kind: Quantity, unit: str, factor: float) -> float | None:
-    """How many numbers of the file a turn has, of an angle in a known unit."""
-    radians, in_si = to_si(kind, unit)
-    return 2.0 * math.pi / abs(factor * radians) if in_si == "rad" else None
 
 
 def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:
