@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 import friction_bayes as fb
 from friction_bayes.cli.commands import COMMANDS
 from friction_bayes.cli.options import one_value_each
+from friction_bayes.core.checks import not_a_number
 from friction_bayes.core.errors import InputError, did_you_mean
 
 __all__ = ["build_parser", "command", "main"]
@@ -40,6 +41,14 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         _, _, command = self.prog.partition(" ")
         raise InputError(command or "arguments", message, f"see {self.prog} --help")
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            if action.type is float:
+                error.message = not_a_number(arg_string)
+            raise
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         try:

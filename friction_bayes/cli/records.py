@@ -127,6 +127,7 @@ def load_decays(source: str, arguments: argparse.Namespace) -> tuple[list[xr.Dat
     system : Oscillator
     """
     # what reads numbers takes a second to load, which refused options need not wait for
+    from friction_bayes.cli.declared_units import check_declared_units
     from friction_bayes.records.clock import check_time_unit
     from friction_bayes.records.record import within
 
@@ -148,6 +149,7 @@ def load_decays(source: str, arguments: argparse.Namespace) -> tuple[list[xr.Dat
     stated = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
     record = fb.read_record(source, **{name: value for name, value in stated.items() if value is not None})
     check_time_unit(record, system.natural_frequency)
+    check_declared_units(record, system)
     return _chosen_decays(record, system, arguments.decay), system
 
 

@@ -20,6 +20,7 @@ __all__ = [
     "in_range",
     "in_unit",
     "non_negative",
+    "not_a_number",
     "positive",
     "probability",
     "real_array",
@@ -46,7 +47,13 @@ def finite_text(name: str, text: str) -> float:
     try:
         return finite(name, float(text))
     except ValueError:
-        raise InputError(name, f"{text!r} is not a number", "give a finite number") from None
+        raise InputError(name, not_a_number(text), "give a finite number") from None
+
+
+def not_a_number(text: str) -> str:
+    """Say that a text is no number, and where there is a comma in it how numbers are written."""
+    how = ": write a decimal point, and nothing between thousands" if "," in text else ""
+    return f"{text!r} is not a number{how}"
 
 
 def positive(name: str, value: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ __all__ = [
     "of_one_sign",
     "percent",
     "set_words",
+    "time_span",
     "with_interval",
     "words",
 ]
@@ -83,7 +85,15 @@ def duration(seconds: float) -> str:
 
 def fitted_part(start: float, end: float, half_cycles: int) -> str:
     """Say which part of a record was fitted, from and to in seconds."""
-    return f"fitted {number(start)} to {number(end)} s, {half_cycles} half cycles"
+    return f"fitted {time_span(start, end)}, {half_cycles} half cycles"
+
+
+def time_span(start: float, end: float, digits: int = 4) -> str:
+    """Write from and to in seconds, of a clock far from zero to more digits."""
+    furthest, lasting = max(abs(start), abs(end)), end - start
+    if furthest and lasting > 0.0:
+        digits += max(int(math.log10(furthest / lasting)), 0)
+    return f"{number(start, digits)} to {number(end, digits)} s"
 
 
 _SPELLED = {"presliding": "pre-sliding", "stribeck": "Stribeck"}

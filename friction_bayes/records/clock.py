@@ -58,6 +58,11 @@ LOST = (
 BEGINS_ANEW = 0.01
 """Share of the time gone by that is left where a clock falls back to its beginning."""
 
+LEAST_SHARE = 0.1
+"""Of the samples, that the part before a fault of the clock has where it is worth a proposal."""
+
+_HOUR = 3600.0
+
 LEAST_IN_ORDER = 10
 """Time stamps that rise one after the other, of which a recording has as many; rows out of order have not."""
 
@@ -153,6 +158,18 @@ def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, uni
     """Return what to say of times that do not increase at the samples ``wrong``."""
     k = int(wrong[0])
     place, before = place_of_sample(k, time, rows, unit), _in_unit(time[k - 1], unit)
+    mended = time + _HOUR * (np.arange(time.size) >= k)
+    little = GAP * float(np.median(np.diff(time)))
+    # a clock that begins anew after an hour falls back to where it began
+    if wrong.size == 1 and 0.0 < mended[k] - mended[k - 1] <= little < abs(time[k] - time[0]):
+        rate = (time.size - 1) / (mended[-1] - mended[0])
+        return InputError(
+            name,
+            f"the clock jumps back by an hour at {place}, after {before}, as where summer time ends",
+            f"give --sampling-rate {rate:.6g}"
+            if is_even(mended)
+            else "add an hour to the times from there on",
+        )
     begins_anew = time[wrong] - time[0] < BEGINS_ANEW * (time[wrong - 1] - time[0])
     if begins_anew.all() and np.diff(wrong, prepend=0, append=time.size).min() >= LEAST_IN_ORDER:
         return InputError(
@@ -161,6 +178,8 @@ def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, uni
             f"{wrong.size + 1} recordings, one behind the other",
             "split the file there and give each by itself",
         )
+    if np.all(time[wrong] == time[wrong - 1]):
+        return _doubled(name, time, place)
     what = "is doubled" if time[k] == time[k - 1] else f"runs backwards from {before}"
     doubled = bool(np.any(time[wrong] == time[wrong - 1]))
     return InputError(
@@ -168,8 +187,31 @@ def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, uni
         f"time {what} at {place}",
         "sort the rows; "
         + ("of doubled stamps --duplicates first or mean takes one sample; " if doubled else "")
-        + "if the clock is at fault, give --sampling-rate, or take the part before it, "
-        f"--end {time[k - 1]:.9g}",
+        + "if the clock is at fault, give --sampling-rate"
+        + (
+            f", or take the part before it, --end {time[k - 1]:.9g}"
+            if k >= max(LEAST_IN_ORDER, LEAST_SHARE * time.size)
+            else ""
+        ),
+    )
+
+
+def _doubled(name: str, time: Array, place: str) -> InputError:
+    """Return what to say of times that rise but for some that two samples or more have in common."""
+    first = np.flatnonzero(np.diff(time, prepend=-np.inf))
+    at_each = float(np.median(np.diff(first, append=time.size)))
+    if at_each <= 2.0:
+        return InputError(
+            name,
+            f"time is doubled at {place}",
+            "--duplicates first or mean takes one sample of each time; if the clock is at fault, give "
+            "--sampling-rate",
+        )
+    rate = f" {at_each / np.median(np.diff(time[first])):.6g}" if first.size > 1 else ""
+    return InputError(
+        name,
+        f"time is doubled at {place}: {time.size} samples have {first.size} times",
+        f"give --sampling-rate{rate}",
     )
 
 

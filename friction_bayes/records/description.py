@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
+from friction_bayes.core.text import time_span
 from friction_bayes.records.clock import is_even
 
 __all__ = ["what_was_read"]
@@ -15,5 +16,5 @@ def what_was_read(record: xr.DataArray) -> str:
     rate = (time.size - 1) / (time[-1] - time[0])
     intervals = time[1:] - time[:-1]
     apart = "" if is_even(time) else f", {intervals.min():.4g} to {intervals.max():.4g} s apart"
-    span = f"{time[0]:.4g} to {time[-1]:.4g} s"
+    span = time_span(time[0], time[-1])
     return f"{record.attrs['read']}: {time.size} samples{apart}, {rate:.4g} Hz, {span}"

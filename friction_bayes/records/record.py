@@ -14,6 +14,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.checks import finite, in_unit
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
+from friction_bayes.core.text import time_span
 from friction_bayes.records.clock import LOST, check_clock, place_of_sample
 
 __all__ = [
@@ -149,7 +150,7 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
             raise InputError(
                 option,
                 f"{limit:g} s lies outside {record_name(record)}",
-                f"give {time[0]:g} .. {time.max():g} s",
+                f"give {time_span(time[0], time.max(), 6)}",
             )
     first, stop = 0, time.size
     if start is not None:

@@ -11,6 +11,7 @@ import importlib
 import importlib.util
 import inspect
 import itertools
+import json
 import os
 import re
 import shlex
@@ -251,6 +252,24 @@ def test_commands_print_what_is_shown(
                 assert agree(shown, out + err), f"{block.place}: {command}\n{out}{err}"
                 compared += 1
     assert compared >= least
+
+
+def test_the_quickstart_says_what_the_reports_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = ROOT / "docs" / "quickstart.md"
+    for block in blocks_of(page):
+        for command, _ in commands_of(block.text):
+            words = shlex.split(command)
+            if words[:2] in (["friction-bayes", "simulate"], ["friction-bayes", "close-loop"]):
+                assert main(words[1:]) == 0, command
+    first, both = (json.loads(Path(folder, "report.json").read_text()) for folder in ("loop", "both"))
+    text = page.read_text(encoding="utf-8")
+    assert f"The verdict is [`{first['verdict']}`]" in text
+    (suggested,) = re.findall(r"The report suggests a release from (.*):", text)
+    assert f"released from {suggested}:" in first["next_experiment"]
+    found, alone = both["friction_after"]["mean"], first["friction_before"]["mean"]
+    assert f"friction is {found:.3g} N, known to 1 %, where dry friction alone gives {alone:.2g} N" in text
+    assert max(abs(bound / found - 1.0) for bound in both["friction_after"]["interval90"]) < 0.01
 
 
 def expanded(word: str) -> list[str]:

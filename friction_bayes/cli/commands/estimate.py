@@ -38,7 +38,7 @@ from friction_bayes.cli.sampled import figures_of_draws
 from friction_bayes.core.errors import of_each
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
-from friction_bayes.core.text import fitted_part
+from friction_bayes.core.text import fitted_part, number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -256,10 +256,13 @@ def _setup(arguments: argparse.Namespace) -> xr.DataArray:
 
 
 def _fitted(decay: FreeDecay) -> str:
-    """Say which part of the record the fit took."""
+    """Say which part of the record the fit took, and the amplitude there by the rms of half a period."""
     duration = decay.step * (decay.values.size - 1)
     half_cycles = int(duration * decay.frequency / math.pi)
-    return fitted_part(decay.start_time, decay.start_time + duration, half_cycles)
+    first = decay.values[: math.ceil(math.pi / (decay.frequency * decay.step))] - decay.rest_position
+    amplitude = number(math.sqrt(2.0 * float(first @ first) / first.size), 2)
+    part = fitted_part(decay.start_time, decay.start_time + duration, half_cycles)
+    return f"{part}, first amplitude {amplitude} {decay.unit}"
 
 
 # emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.

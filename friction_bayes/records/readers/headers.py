@@ -8,7 +8,7 @@ from typing import NamedTuple
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, UNCALIBRATED_UNITS, Quantity, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 
-__all__ = ["Header", "read_header", "split_run"]
+__all__ = ["Header", "is_magnitude", "read_header", "spelled_quantity", "split_run", "unit_at_end"]
 
 _RUN = re.compile(r"(?P<name>.*\S)\s+Run #(?P<run>\d+)")
 
@@ -31,6 +31,9 @@ _SUBJECTS = {
     }.items()
 }
 """What people call each quantity, along an axis or none."""
+
+_MAGNITUDE = re.compile(r"(?:.*_)?(?:abs|absolute|magnitude|norm|resultant|total)(?:_.*)?|\|.*\||tgf")
+"""What people call the length of a vector of three axes."""
 
 _TIMES = {"time", "t", "elapsed_time", "timestamp", "x_value"}
 """The last is LabVIEW's, of a signal over time."""
@@ -68,6 +71,30 @@ def read_header(name: str) -> Header:
     if unit in UNCALIBRATED_UNITS or unit in _WEIGHTS:
         return Header(False, None, unit)
     return Header(False, next((q for q in QUANTITIES.values() if unit in known_units(q)), None), unit)
+
+
+def spelled_quantity(name: str) -> Quantity | None:
+    """Return the quantity that a name alone spells out, ``ay``, whether it has a unit or not."""
+    return _spelled(_subject(_stem(name).partition(",")[0]))
+
+
+def unit_at_end(name: str, quantity: Quantity) -> str | None:
+    """Return the unit of a quantity at the end of a name that does not spell that out, ``laser_mm``."""
+    parts = _stem(name).split("_")
+    ends = (parts[k:] for k in range(1, len(parts)))
+    units = (plain_unit("/".join(end)) for end in ends if end != ["in"])
+    return next((unit for unit in units if unit in known_units(quantity)), None)
+
+
+def is_magnitude(name: str) -> bool:
+    """Whether a column is named like the length of a vector, ``Absolute acceleration (m/s^2)``, ``TgF``."""
+    return _MAGNITUDE.fullmatch(_subject(_stem(name))) is not None
+
+
+def _stem(name: str) -> str:
+    """Return the last part of a name, without a unit in brackets."""
+    found = _WITH_UNIT.fullmatch(name.strip())
+    return (name if found is None else found["name"] or found["n"]).split("/")[-1]
 
 
 def split_run(name: str) -> tuple[str, int | None]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Indices
 from friction_bayes.core.checks import positive
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import (
     QUANTITIES,
     TIME_UNITS,
@@ -21,10 +22,17 @@ from friction_bayes.core.quantities import (
     Quantity,
     known_units,
     quantity_named,
+    to_si,
 )
-from friction_bayes.core.text import words
+from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.readers.headers import read_header, split_run
+from friction_bayes.records.readers.headers import (
+    is_magnitude,
+    read_header,
+    spelled_quantity,
+    split_run,
+    unit_at_end,
+)
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
@@ -106,6 +114,8 @@ def record_from_table(
     column = table.columns[signal_name]
     kind, unit, factor = _meaning(place, signal_name, column, quantity, unit, scale)
     values = column.read()
+    if kind.order and _without_sign(signal_name, values):
+        raise _magnitude(table, place, signal_name, kind)
     time_unit = "s"
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
@@ -135,7 +145,12 @@ def record_from_table(
         rows = None if rows is None else rows[first]
     kept = within(record, start, end)
     record, rows = record[kept], None if rows is None else rows[kept]
-    return validate_record(record, rows=rows, time_unit=time_unit)
+    validate_record(record, rows=rows, time_unit=time_unit)
+    if signal_column is not None:
+        taken = slice(None) if duplicates is not None else kept
+        signals = Table({name: each for name, each in table.columns.items() if name != clock_name})
+        _warn_of_axes_that_move_more(signals, chosen, signal_name, kind, taken)
+    return record
 
 
 def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:
@@ -249,12 +264,18 @@ def _signal_name(
     stated = {name: _stated(name, table.columns[name])[0] for name in others}
     found = [name for name, kind in stated.items() if kind and quantity in (None, kind.name)]
     found = _outermost(found)
+    signed = [name for name in found if not is_magnitude(name)]
+    found = signed or found
     if not found and quantity is not None and len(others) == 1:
         found = others
     if len(found) == 1:
         return found[0]
     if found:
-        raise InputError(place, f"several signals: {', '.join(found)}", "name one with --signal-column")
+        raise InputError(
+            place,
+            f"several signals: {_with_movement(table, found)}",
+            "name one with --signal-column, of axes the one that moves most",
+        )
     for kind in QUANTITIES.values():
         for name in others:
             if name.startswith(f"{kind.name}_"):
@@ -266,8 +287,82 @@ def _signal_name(
     raise _headerless(table, place) or InputError(
         place,
         f"no column says what was measured among {_listed(table)}",
-        f"name it one of {columns}, or give --signal-column and --unit, and --quantity where that is no unit "
-        "of motion, as V",
+        f"name it one of {columns}, or give --signal-column, --quantity and --unit",
+    )
+
+
+def _with_movement(table: Table, names: Sequence[str]) -> str:
+    """List columns with the standard deviation of each, in the unit of the file."""
+    listed = []
+    for name in names:
+        sd, unit = _standard_deviation(table.columns[name]), _stated(name, table.columns[name])[1]
+        moved = "" if sd is None else f" [sd {number(sd, 3)} {unit or ''}".rstrip() + "]"
+        listed.append(f"{name}{moved}")
+    return ", ".join(listed)
+
+
+def _standard_deviation(column: Column, taken: slice = slice(None)) -> float | None:
+    """How far the samples of a column move about their mean; None where it holds no numbers."""
+    try:
+        values = np.asarray(column.read(), dtype=np.float64)[taken]
+    except (InputError, TypeError, ValueError):
+        return None
+    values = values[np.isfinite(values)]
+    return float(values.std()) if values.size else None
+
+
+def _warn_of_axes_that_move_more(table: Table, record: str, name: str, kind: Quantity, taken: slice) -> None:
+    """Warn where another column of the same quantity moves more than the one that was named."""
+    alike = {kind, _about(table, name)} - {None}
+    own, unit = _movement(table, name, kind, taken)
+    others = {
+        other: _movement(table, other, kind, taken)
+        for other in table.columns
+        if other != name and _about(table, other) in alike and not is_magnitude(other)
+    }
+    sd, most = max(((sd, other) for other, (sd, its) in others.items() if its == unit), default=(0.0, ""))
+    # of two sensors that follow the same motion nothing need be said
+    if own and float(times := number(sd / own, 2)) > 1.0:
+        warnings.warn(
+            f"{record}: column {most} moves {times} times as much as {name} (standard deviation): of several "
+            "axes of one sensor name the one that moves most, or friction comes out too small",
+            RecordWarning,
+            stacklevel=4,
+        )
+
+
+def _about(table: Table, name: str) -> Quantity | None:
+    """Quantity of a column by the file or by its name, with a unit or without."""
+    return _stated(name, table.columns[name])[0] or spelled_quantity(name)
+
+
+def _movement(table: Table, name: str, kind: Quantity, taken: slice) -> tuple[float, str | None]:
+    """Standard deviation of a column, zero where it holds no numbers, and the unit that it is in."""
+    sd, unit = _standard_deviation(table.columns[name], taken) or 0.0, _stated(name, table.columns[name])[1]
+    if unit not in known_units(kind):
+        return sd, unit
+    factor, unit = to_si(kind, unit)
+    return sd * factor, unit
+
+
+def _without_sign(name: str, values: NDArray[Any]) -> bool:
+    """Whether a column is the length of a vector, by its name and for want of numbers below zero."""
+    return is_magnitude(name) and values.dtype.kind in "fiu" and not np.any(values < 0)
+
+
+def _magnitude(table: Table, place: str, name: str, kind: Quantity) -> InputError:
+    """Return what to say of the length of a vector, which does not show which way the motion goes."""
+    axes = [
+        other
+        for other, column in table.columns.items()
+        if _stated(other, column)[0] is kind and not is_magnitude(other)
+    ]
+    return InputError(
+        place,
+        f"column {name} is the length of a vector, without the sign of the motion",
+        "with --signal-column name the axis that moves most: " + _with_movement(table, axes)
+        if axes
+        else "record the axis of the motion",
     )
 
 
@@ -323,8 +418,10 @@ def _meaning(
         raise InputError(
             place,
             f"column {name!r} does not say what was measured",
-            "give --unit, and --quantity where that is no unit of motion, as V",
+            f"give --quantity, one of {', '.join(QUANTITIES)}" + ("" if unit or stated else ", and --unit"),
         )
+    if stated is None and unit is None:
+        stated = unit_at_end(name, kind)
     return kind, *unit_and_factor(kind, stated, unit, scale, place=place, column=name)
 
 

@@ -99,17 +99,7 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
         raise InputError(
             str(path), f"this is no table ({error})", "give a file with rows of numbers"
         ) from None
-    for row, cells in table:
-        while len(cells) > len(names) and not cells[-1]:
-            cells.pop()
-        if len(cells) != len(names):
-            raise InputError(
-                f"{path}: row {row}",
-                f"found {len(cells)} of {len(names)} cells"
-                if len(cells) < len(names)
-                else f"found {len(cells)} cells where the first line has {len(names)}",
-                "give every row as many cells (with decimal commas, separate columns by semicolons)",
-            )
+    _check_rows(path, names, table)
     if names == _by_number(len(names)):
         names = _commented_names(lines[: table[0][0] - 1], len(names)) or names
     rows = np.array([row for row, _ in table])
@@ -123,6 +113,38 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
             read = partial(_numbers if since is None else _clock_times, path, name, rows[held], cells[held])
             columns[name] = Column(read, since=since, rows=rows[held], attrs=attrs)
     return Table(columns)
+
+
+def _check_rows(path: Path, names: list[str], table: list[tuple[int, list[str]]]) -> None:
+    """Refuse rows of another width than the header's, and its coming again; drop empty cells at the end."""
+    again = [row for row, cells in table if cells[0] == names[0] and cells[: len(names)] == names]
+    if again and names != _by_number(len(names)):
+        # an archive and a workbook have no --skip-rows
+        plain = path.suffix.lower() in TEXT_SUFFIXES and path.is_file()
+        last = f", or read the last one by --skip-rows {again[-1] - 1}" if plain else ""
+        raise InputError(
+            f"{path}: row {again[0]}",
+            f"the header line comes again, as of {len(again) + 1} recordings one behind the other",
+            f"split the file there and give each by itself{last}",
+        )
+    for row, cells in table:
+        while len(cells) > len(names) and not cells[-1]:
+            cells.pop()
+        if len(cells) == len(names):
+            continue
+        if len(cells) < len(names) and row == table[-1][0]:
+            raise InputError(
+                f"{path}: row {row}",
+                f"found {len(cells)} of {len(names)} cells in the last row, cut off or no part of the table",
+                "remove that row",
+            )
+        raise InputError(
+            f"{path}: row {row}",
+            f"found {len(cells)} of {len(names)} cells"
+            if len(cells) < len(names)
+            else f"found {len(cells)} cells where the first line has {len(names)}",
+            "give every row as many cells (with decimal commas, separate columns by semicolons)",
+        )
 
 
 def _by_number(count: int) -> list[str]:

@@ -31,7 +31,7 @@ def test_what_is_unclear_is_reported_in_the_words_of_the_page(tmp_path: Path) ->
     found = understand(path, {})
     assert found.columns == {"Zeit (s)": "[s]", "Signal": ""}
     assert found.problem.startswith("weg.csv: no column says what was measured")
-    assert "“signal column” and “unit”" in found.problem
+    assert "give “signal column”, “quantity” and “unit”" in found.problem
     mended = understand(path, {"signal_column": "Signal", "quantity": "displacement", "unit": "mm"})
     assert mended.problem == ""
     assert float(mended.record.max()) == pytest.approx(9e-3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from friction_bayes.core.text import interval
+from friction_bayes.core.text import interval, time_span
 
 
 @pytest.mark.parametrize(
@@ -19,3 +19,17 @@ from friction_bayes.core.text import interval
 )
 def test_an_interval_has_digits_enough_to_be_seen(low: float, high: float, written: str) -> None:
     assert interval(low, high, 3) == written
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "written"),
+    [
+        (0.0, 19.994, "0 to 19.99 s"),
+        (10.514, 14.08, "10.51 to 14.08 s"),
+        (-1.4731e-05, 18.1131, "-1.473e-05 to 18.11 s"),
+        (1761440000.0, 1761440012.678, "1761440000 to 1761440012.68 s"),
+        (5.0, 5.0, "5 to 5 s"),
+    ],
+)
+def test_times_far_from_zero_have_digits_enough(start: float, end: float, written: str) -> None:
+    assert time_span(start, end) == written

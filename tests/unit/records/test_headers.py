@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from friction_bayes.records.readers.headers import read_header, split_run
+from friction_bayes.records.readers.headers import is_magnitude, read_header, split_run
 
 
 @pytest.mark.parametrize(
@@ -104,3 +104,21 @@ def test_runs() -> None:
     assert split_run("Angle, Ch 1+2 (rad) Run #12") == ("Angle, Ch 1+2 (rad)", 12)
     assert split_run("Angle (rad)") == ("Angle (rad)", None)
     assert split_run("Run #1") == ("Run #1", None)
+
+
+@pytest.mark.parametrize(
+    ("name", "magnitude"),
+    [
+        ("Absolute acceleration (m/s^2)", True),
+        ("Absolute (rad/s)", True),
+        ("TgF", True),
+        ("|a| (m/s2)", True),
+        ("a_abs", True),
+        ("acceleration_total_g", True),
+        ("Acceleration x (m/s^2)", False),
+        ("gFx", False),
+        ("normal_acc_g", False),
+    ],
+)
+def test_lengths_of_vectors(name: str, magnitude: bool) -> None:
+    assert is_magnitude(name) is magnitude

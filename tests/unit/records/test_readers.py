@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.io import savemat, wavfile
 
 from friction_bayes.core import optional
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.records.readers import READERS, Column, Table, read_record
 from friction_bayes.records.readers.text import TEXT_SUFFIXES
@@ -155,6 +155,25 @@ def test_a_sampling_rate_takes_the_place_of_a_bad_clock(tmp_path) -> None:
     assert_is_the_signal(read_record(path, sampling_rate=RATE))
 
 
+def test_a_header_line_that_comes_again_begins_another_recording(tmp_path) -> None:
+    header = "time_s,displacement_m"
+    path = save(tmp_path, [*(f"{row}1" for row in ROWS), header, *ROWS], header)
+    with pytest.raises(
+        InputError, match=rf"row {N + 2}: the header line comes again.*; split .* skip_rows={N + 1}$"
+    ):
+        read_record(path)
+    assert_is_the_signal(read_record(path, skip_rows=N + 1))
+    numbers = save(tmp_path, ["0,1", *ROWS[1:]], None)
+    assert read_record(numbers, time_column=0, signal_column=1, quantity="displacement", unit="m").size == N
+
+
+def test_a_last_row_that_is_cut_off(tmp_path) -> None:
+    with pytest.raises(
+        InputError, match=rf"row {N + 1}: found 1 of 2 cells in the last row.*; remove that row$"
+    ):
+        read_record(save(tmp_path, [*ROWS[:-1], "1.1"]))
+
+
 def edited(**changes):
     """Rows with some replaced; row numbers as an editor shows them, the header being row 1."""
     rows = list(ROWS)
@@ -250,12 +269,97 @@ def test_unclear_columns_are_refused(tmp_path, header, options, message) -> None
         read_record(save(tmp_path, ROWS, header), **options)
 
 
+def test_what_is_asked_for_is_enough(tmp_path) -> None:
+    path = save(tmp_path, ROWS, "time_s,encoder")
+    with pytest.raises(InputError, match=r"or give signal_column, quantity and unit$"):
+        read_record(path, unit="counts")
+    with pytest.raises(InputError, match=r"angular_acceleration$"):
+        read_record(path, signal_column="encoder", unit="counts")
+    record = read_record(path, signal_column="encoder", quantity="angle", unit="counts")
+    assert_is_the_signal(record, quantity="angle", unit="counts")
+
+
+@pytest.mark.parametrize(
+    ("header", "quantity", "unit"),
+    [
+        ("laser_mm", "displacement", "mm"),
+        ("imu_pin_3_m_s2", "acceleration", "m/s2"),
+        ("wheel_rad_s", "angular_velocity", "rad/s"),
+        ("encoder_counts", "angle", "counts"),
+    ],
+)
+def test_a_name_of_its_own_says_its_unit_at_the_end(tmp_path, header, quantity, unit) -> None:
+    path = save(tmp_path, ROWS, f"time_s,{header}")
+    assert read_record(path, quantity=quantity).attrs["read"] == f"{header} [{unit}] over time_s [s]"
+    # an option has the word: the end of a name may be no unit
+    assert (
+        "[um]"
+        in read_record(save(tmp_path, ROWS, "time_s,laser_m"), quantity="displacement", unit="um").attrs[
+            "read"
+        ]
+    )
+    with pytest.raises(InputError, match="column 'wire_in' does not say its unit"):
+        read_record(save(tmp_path, ROWS, "time_s,wire_in"), quantity="displacement")
+
+
 def test_several_signals_need_a_choice(tmp_path) -> None:
     path = save(tmp_path, [f"{row},0.5" for row in ROWS], "time_s,displacement_m,velocity_m_s")
-    with pytest.raises(InputError, match="several signals: displacement_m, velocity_m_s"):
+    with pytest.raises(
+        InputError, match=r"several signals: displacement_m \[sd 0\.00511 m\], velocity_m_s \[sd 0 m/s\];"
+    ):
         read_record(path)
     assert_is_the_signal(read_record(path, quantity="displacement"))
     assert_is_the_signal(read_record(path, signal_column="displacement_m"))
+
+
+def test_a_named_column_that_moves_less_than_another_of_its_quantity(tmp_path) -> None:
+    def three_axes(names):
+        axes = np.column_stack([TIME, SIGNAL / 30.0, SIGNAL + 0.004, 9.0 * SIGNAL]).tolist()
+        return save(tmp_path, [",".join(map(repr, row)) for row in axes], names)
+
+    path = three_axes("time_s,Acceleration x (m/s^2),Acceleration y (m/s^2),Temperature (K)")
+    with pytest.warns(
+        RecordWarning, match=r"column Acceleration y .* moves 30 times as much as Acceleration x"
+    ):
+        read_record(path, signal_column=1)
+    read_record(path, signal_column=2)
+    # in other units, and without any
+    path = three_axes("time_s,x_cm,y_mm,angle_rad")
+    with pytest.warns(RecordWarning, match="column y_mm moves 3 times as much as x_cm"):
+        read_record(path, signal_column="x_cm")
+    path = three_axes("time_s,ax,ay,angle")
+    with pytest.warns(RecordWarning, match="column ay moves 30 times"):
+        read_record(path, signal_column="ax", quantity="acceleration", unit="g")
+
+
+def test_two_sensors_of_one_motion_need_no_warning(tmp_path) -> None:
+    rows = [f"{row},{1.03 * x!r}" for row, x in zip(ROWS, SIGNAL.tolist(), strict=True)]
+    read_record(save(tmp_path, rows, "time_s,x_mm,y_mm"), signal_column="x_mm")
+
+
+def test_the_length_of_a_vector_is_no_signal(tmp_path) -> None:
+    lengths = np.hypot(SIGNAL + 4.0, 9.0).tolist()
+    rows = [f"{row},{length!r}" for row, length in zip(ROWS, lengths, strict=True)]
+    path = save(tmp_path, rows, "Time (s),Acceleration x (m/s^2),Absolute acceleration (m/s^2)")
+    message = (
+        r"Absolute acceleration .* without the sign of the motion; with signal_column name the axis that "
+    )
+    with pytest.raises(
+        InputError, match=message + r"moves most: Acceleration x \(m/s\^2\) \[sd 0.00511 m/s2"
+    ):
+        read_record(path, signal_column=2)
+    assert read_record(path).attrs["read"].startswith("Acceleration x (m/s^2)")
+    alone = save(tmp_path, [f"{t!r},{r!r}" for t, r in zip(TIME.tolist(), lengths, strict=True)], "time,TgF")
+    with pytest.raises(
+        InputError, match=r"column TgF is the length of a vector.*; record the axis of the motion"
+    ):
+        read_record(alone)
+    # what has a sign is none, whatever its name, nor is the position that an absolute encoder shows
+    assert_is_the_signal(
+        read_record(save(tmp_path, ROWS, "time_s,total velocity (m/s)")), quantity="velocity", unit="m/s"
+    )
+    rows = [f"{t!r},{r!r}" for t, r in zip(TIME.tolist(), lengths, strict=True)]
+    read_record(save(tmp_path, rows, "time_s,absolute angle (rad)"))
 
 
 def test_mixed_decimal_marks_are_refused(tmp_path) -> None:
@@ -335,14 +439,17 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
         ({"run": 3}, "there is no run 3; choose one with run: 1, 2"),
         (
             {"run": 2},
-            r"several signals: Angle, Ch 1\+2 \(rad\), Angular Velocity, Ch 1\+2 \(rad/s\); name one with",
+            r"several signals: Angle, Ch 1\+2 \(rad\) \[.*\], Angular Velocity, Ch 1\+2 \(rad/s\) \[sd",
         ),
         (
             {"run": 2, "signal_column": "Angle"},
             r"'Angle' is not there; give one of Time \(s\), Angle, Ch 1\+2 \(rad\), Angular",
         ),
         ({"run": 1, "signal_column": 1, "unit": "deg"}, "is in rad, unit says deg"),
-        ({"run": 1, "signal_column": 3}, "does not say what was measured; give unit, and quantity where"),
+        (
+            {"run": 1, "signal_column": 3},
+            r"does not say what was measured; give quantity, one of disp.*cceleration$",
+        ),
         ({"run": 1, "time_column": 3, "signal_column": 1}, r"time column Output Voltage \(V\) is in V"),
     ],
 )

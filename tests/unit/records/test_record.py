@@ -166,6 +166,38 @@ def test_a_clock_that_begins_anew_is_two_recordings() -> None:
         validate_record(record_over(swapped))
 
 
+def test_a_clock_that_jumps_back_by_an_hour_is_that_of_summer_time() -> None:
+    late = TIME.copy()
+    late[50:] -= 3600.0
+    with pytest.raises(
+        InputError, match=r"an hour at sample 51 .*as where summer time ends; give sampling_rate=100$"
+    ):
+        validate_record(record_over(late))
+    late[20] += 0.3 * STEP
+    with pytest.raises(InputError, match="add an hour to the times from there on"):
+        validate_record(record_over(late))
+    two_of_an_hour = np.tile(np.linspace(0.0, 3600.0, N // 2, endpoint=False), 2)
+    with pytest.raises(InputError, match="begins anew"):
+        validate_record(record_over(two_of_an_hour))
+
+
+def test_what_is_proposed_of_doubled_times_leads_on() -> None:
+    twice = TIME.copy()
+    twice[3] = twice[2]
+    with pytest.raises(InputError) as refused:
+        validate_record(record_over(twice))
+    assert "duplicates=first" in str(refused.value)
+    assert "end=" not in str(refused.value)
+    with pytest.raises(
+        InputError, match=rf"sample 2 \(t = 0 s\): {N} samples have {N // 50} times; give sampling_rate=100$"
+    ):
+        validate_record(record_over(np.floor(TIME / 0.5 + 1e-9) * 0.5))
+    early = TIME.copy()
+    early[9] = early[7]
+    with pytest.raises(InputError, match=r"sort the rows; if the clock is at fault, give sampling_rate$"):
+        validate_record(record_over(early))
+
+
 def test_times_are_reported_in_the_unit_of_the_file() -> None:
     backwards = TIME.copy()
     backwards[50] = TIME[48]
