@@ -57,7 +57,26 @@ def driven_half_cycles(y: Array, omega: float, windows: Windows) -> int:
     amplitude, noise = _amplitudes(y, omega, windows)
     driven = _driven(amplitude, noise)
     # what stops the mass at the end makes all before lose next to nothing
-    return driven if driven == 0 or _driven(amplitude[:-_STOPPED], noise) > 0 else 0
+    if (
+        driven == 0
+        or _driven(amplitude[:-_STOPPED], noise) > 0
+        or not _loses(amplitude[: driven // 2], noise)
+    ):
+        return driven
+    return 0
+
+
+@njit(**INLINED)
+def _loses(amplitude: Array, noise: float) -> bool:
+    """Whether amplitudes fall, for what their steps scatter by."""
+    steps = amplitude.size - 1
+    if steps < 1:
+        return False
+    lost = (amplitude[0] - amplitude[steps]) / steps
+    square = 2.0 * noise * noise * _NOISE_FREEDOM
+    for k in range(steps):
+        square += (amplitude[k] - amplitude[k + 1] - lost) ** 2
+    return lost > _NO_LOSS * math.sqrt(square / (steps - 1 + _NOISE_FREEDOM) / steps)
 
 
 @njit(**INNER)

@@ -94,8 +94,7 @@ class FreeDecay:
     driven : bool
         Whether a part before is left out in which no amplitude was lost, as under a drive.
     later, earlier : int
-        Half cycles of those after, and of those before the stop, that are left out as a force acted on them
-        that does not act on the rest.
+        Half cycles that are left out in addition, at the start and at the end: something else held the mass.
     drift : float
         Range of a drift of the sensor's zero that has been taken out of ``values``, unit of the signal.
     lines : tuple of float

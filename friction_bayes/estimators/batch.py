@@ -173,8 +173,8 @@ def estimate_batch(
         Whether a force that fluctuates may be there; method ``waveform`` alone knows one.
     judge : bool
         Whether to judge each record as :func:`friction_bayes.estimate` does: ``warnings`` then has what it
-        warns of and leaves out at the start, and tops that are flat below noise are ``clipped`` without a
-        random force too. This takes longer than the numbers of a record of white noise.
+        warns of and leaves out at the start and the end, and tops that are flat below noise are ``clipped``
+        without a random force too. This takes longer than the numbers of a record of white noise.
 
     Returns
     -------

@@ -81,7 +81,7 @@ def build_report(
     loss, tests = _loss(candidates, frequency), candidates.tests
     as_drawn = reported_friction(mixture.friction, frequency, model, rng_dry)
     dry = dry_friction(as_drawn, loss, candidates.tolerance)
-    predicted = forecast_records(before), candidates.forecasts()
+    predicted = forecast_records(before), candidates.forecasts
     forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     friction = reported_friction(mixture.friction, frequency, model, rng_after)

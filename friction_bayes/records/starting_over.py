@@ -8,8 +8,9 @@ import warnings
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import RecordWarning
+from friction_bayes.records.quantisation import ROUNDING
 from friction_bayes.records.record import record_name
 
 __all__ = ["going_on", "while_going_on"]
@@ -52,16 +53,30 @@ def going_on(values: Array, unit: str) -> Array | None:
     No motion that is sampled well goes farther than half a turn from one sample to the next.
     """
     period = _period(values, unit)
-    if period is None or np.ptp(values) > period:
+    if period is None:
         return None
-    steps = np.diff(values)
+    inside = _in_one_turn(values, period)
+    shown = values[inside]
+    steps = np.diff(shown)
     over = np.abs(steps) > 0.5 * period
-    if not over.any() or over.all():
+    # what goes beyond a turn as often is no stray sample
+    if not np.count_nonzero(~inside) < np.count_nonzero(over) < steps.size:
         return None
-    found = np.unwrap(values, period=period)
+    found = np.unwrap(shown, period=period)
     # one of them may be a release too
     across = np.median(np.abs(np.diff(found)[over]))
-    return found if across <= _LIKE_OTHERS * np.max(np.abs(steps[~over])) else None
+    if across > _LIKE_OTHERS * np.max(np.abs(steps[~over])):
+        return None
+    turns = found - shown
+    return np.asarray(values + turns[np.maximum(np.cumsum(inside) - 1, 0)])
+
+
+def _in_one_turn(values: Array, period: float) -> Mask:
+    """Which numbers lie within the one period that holds most of them, shape (n,)."""
+    ascending = np.sort(values)
+    most = period * (1.0 + ROUNDING)
+    first = ascending[np.argmax(np.searchsorted(ascending, ascending + most) - np.arange(values.size))]
+    return np.asarray((values >= first) & (values <= first + most))
 
 
 def _period(values: Array, unit: str) -> float | None:

@@ -3,9 +3,8 @@ r"""Whether something held the mass at the start or the end of a record, as a ha
 Two hypotheses explain these. The decay was free: they have the probability of the whole record under all
 accounts of its residual, over that of the rest under the same. Or it was not, and whatever held the mass made
 them a smooth curve (:mod:`friction_bayes.estimators.noise.smooth_curve`) in the noise of the rest, which has
-to be white: a colour, or a floor, is taken from the samples, and is another one where there are fewer. An
-acceleration jumps where the mass turns, whatever held it: by any size, at an unknown sample near; and where
-it is stopped, at any sample.
+to be white: a colour, or a floor, is taken from the samples, and is another one where there are fewer. The
+curve may break where something takes hold or lets go, and as often as the mass turns.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, record_evidence
 from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
 
@@ -60,21 +58,5 @@ def log_odds_of_hold(
     amplitude = float(np.max(np.abs(all_of_it.signal)))
     time, signal = all_of_it.time[held], all_of_it.signal[held]
     place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
-    jumps = None
-    if all_of_it.order == 2:
-        anywhere = np.arange(1, time.size)[:, None]
-        jumps = anywhere if at_end else _jumps(time, border, half_cycles, after.frequency)
-    by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, jumps)
+    by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, breaks=half_cycles + 1)
     return _LOG_PRIOR_ODDS + by_curve - free
-
-
-def _jumps(time: Array, until: float, half_cycles: int, frequency: float) -> Indices:
-    """Samples from which on an acceleration is another one as the mass has turned, shape (m, half cycles).
-
-    The last turn is known to a sixteenth of a cycle, as far as the rest begins after it.
-    """
-    known_to = 0.125 * math.pi / frequency
-    turns = until - known_to - math.pi / frequency * np.arange(half_cycles)[::-1]
-    step = float(np.median(np.diff(time)))
-    shifts = np.arange(-known_to, known_to, step)
-    return np.searchsorted(time, turns + shifts[:, None])

@@ -4,7 +4,7 @@ The latter have the density of
 
 .. math:: y_i = A \sum_{k \le d} c_k P_k(s_i) + e_i, \quad c_k \sim N(0, 1), \quad e_i \sim N(0, \sigma^2)
 
-with Legendre polynomials, averaged over the degree.
+with Legendre polynomials, averaged over the degree; it may break at some samples.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.arrays import Array
 
 __all__ = ["CURVE_SDS", "curve_degrees", "log_density_of_curve", "smooth_curve"]
 
@@ -51,7 +51,7 @@ def curve_degrees(half_cycles: int, samples: int) -> list[int]:
 
 
 def log_density_of_curve(
-    place: Array, signal: Array, amplitude: float, degrees: Sequence[int], jumps: Indices | None = None
+    place: Array, signal: Array, amplitude: float, degrees: Sequence[int], breaks: int = 0
 ) -> float:
     """Log density of a signal as a smooth curve in white noise, all in units of the noise.
 
@@ -64,32 +64,51 @@ def log_density_of_curve(
         Prior sd of each coefficient.
     degrees : sequence of int
         Of the curve, all as probable; zero for a constant.
-    jumps : ndarray of int, shape (m, k), optional
-        Samples from which on it may be higher and lower in turn, by one size, in m ways, all as probable.
+    breaks : int
+        Samples at which it may jump or bend, at most; all numbers of them as probable, and all samples. All
+        but one of them are taken to be where they are most probable, so that the density is a lower bound.
     """
-    found = []
-    for degree in degrees:
-        curve = amplitude * np.polynomial.legendre.legvander(place, degree)
-        left, singular, _ = np.linalg.svd(curve, full_matrices=False)
-        along, variance = left.T @ signal, 1.0 + singular**2
-        squares = float(signal @ signal - along @ along + np.sum(along**2 / variance))
-        log_volume = signal.size * math.log(2.0 * math.pi) + float(np.log(variance).sum())
-        found.append(-0.5 * (log_volume + squares))
-        if jumps is not None:
-            known = 1.0 - 1.0 / variance
-            found[-1] += _log_gain_of_jump(signal - left @ (known * along), left, known, amplitude, jumps)
+    found = [_log_density(place, signal, amplitude, degree, breaks) for degree in degrees]
     return float(logsumexp(found)) - math.log(len(found))
 
 
-def _log_gain_of_jump(free: Array, curves: Array, known: Array, amplitude: float, jumps: Indices) -> float:
-    """What jumps add to the log density of a signal, less what curves (n, p), each so ``known``, explain."""
-    signs = (-1.0) ** np.arange(jumps.shape[1])
+def _log_density(place: Array, signal: Array, amplitude: float, degree: int, breaks: int) -> float:
+    """The same of one degree."""
+    curve = np.polynomial.legendre.legvander(place, degree)
+    log_places = math.log(2.0 * place.size)
+    found = []
+    for count in range(breaks + 1):
+        left, singular, _ = np.linalg.svd(amplitude * curve, full_matrices=False)
+        along, variance = left.T @ signal, 1.0 + singular**2
+        known = 1.0 - 1.0 / variance
+        squares = float(signal @ signal - known @ along**2)
+        smooth = -0.5 * (signal.size * math.log(2.0 * math.pi) + float(np.log(variance).sum()) + squares)
+        if count == 0:
+            found.append(smooth)
+        if count == breaks:
+            break
+        gains = _log_gains_of_breaks(place, signal - left @ (known * along), left, known, amplitude)
+        found.append(smooth - count * log_places + float(logsumexp(gains)) - log_places)
+        kind, sample = divmod(int(np.argmax(gains)), place.size)
+        beyond = np.arange(place.size) >= sample
+        curve = np.column_stack([curve, beyond * (place - place[sample] if kind else 1.0)])
+    return float(logsumexp(found)) - math.log(len(found))
 
-    def over_jumps(each: Array) -> Array:
-        """Sums of rows times what the jumps have raised them by, shape (m, ...)."""
-        after = np.concatenate([np.cumsum(each[::-1], axis=0)[::-1], np.zeros((1, *each.shape[1:]))])
-        return np.asarray(np.tensordot(signs, after[jumps], axes=(0, 1)))
 
-    variance = over_jumps(np.ones(free.size)) - over_jumps(curves) ** 2 @ known
-    gain = over_jumps(free) ** 2 / (amplitude**-2 + variance) - np.log1p(amplitude**2 * variance)
-    return float(logsumexp(0.5 * gain)) - math.log(len(jumps))
+def _log_gains_of_breaks(place: Array, free: Array, curves: Array, known: Array, amplitude: float) -> Array:
+    """What a jump at each sample, and then a bend, add to a log density, less what curves explain, (2 n,).
+
+    Of the signal ``free`` is what curves (n, p), each so ``known``, leave.
+    """
+
+    def sums(each: Array) -> Array:
+        """Of rows times each break, shape (2 n, ...)."""
+        from_here, moment = (np.cumsum(rows[::-1], axis=0)[::-1] for rows in (each, (place * each.T).T))
+        return np.concatenate([from_here, moment - (place * from_here.T).T])
+
+    count, first = (np.cumsum(rows[::-1])[::-1] for rows in (np.ones_like(place), place))
+    second = np.cumsum(place[::-1] ** 2)[::-1]
+    squares = np.concatenate([count, second - 2.0 * place * first + place**2 * count])
+    variance = np.maximum(squares - sums(curves) ** 2 @ known, 0.0)
+    gain = sums(free) ** 2 / (amplitude**-2 + variance) - np.log1p(amplitude**2 * variance)
+    return np.asarray(0.5 * gain)

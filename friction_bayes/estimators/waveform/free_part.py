@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.noise.held_part import log_odds_of_hold
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts
@@ -41,6 +40,12 @@ class FreePart(NamedTuple):
     def white(self) -> bool:
         """Whether dry friction in white noise rather explains it."""
         return self.accounts.behind_none[0].probability > 0.5
+
+    @property
+    def explained(self) -> bool:
+        """Whether forces that follow the motion rather explain it in white noise."""
+        accounts = self.accounts.behind_none
+        return sum(each.probability for each in accounts if each.of_white_noise and not each.forced) > 0.5
 
     @property
     def behind_filter(self) -> bool:
@@ -104,9 +109,9 @@ def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int
 def _earlier(whole: FreePart, fit_of: Callable[[FreeDecay], Fit]) -> FreePart | None:
     """What is left without the last half cycles, if something rather stopped the mass in these.
 
-    As few of them as leave white noise: those before are known to be free by that.
+    As few of them as leave what forces that follow the motion explain: that is known to be free.
     """
-    if not whole.decay.stops or not whole.accounts.behind_none or whole.white:
+    if not whole.decay.stops or not whole.accounts.behind_none or whole.explained:
         return None
     for half_cycles in range(1, _MOST_EARLIER + 1):
         decay = whole.decay.half_cycles_earlier(half_cycles)
@@ -114,11 +119,9 @@ def _earlier(whole: FreePart, fit_of: Callable[[FreeDecay], Fit]) -> FreePart | 
             fit = fit_of(decay)
         except InputError:
             return None
-        if fit.prediction is None or not whiteness(decay.values - fit.prediction).white:
-            continue
         rest = FreePart.of(decay, fit)
         before, border = rest.accounts.behind_none, decay.start_time + decay.duration - whole.decay.start_time
-        if not before or not rest.white:
+        if not before or not rest.explained:
             continue
         odds = log_odds_of_hold(whole.accounts.behind_none, before, border, half_cycles, at_end=True)
         return rest if odds > 0.0 else None

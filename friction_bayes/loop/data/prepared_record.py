@@ -14,6 +14,7 @@ acceleration is not tested: its jump at the release is visible, and alike those 
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -22,7 +23,7 @@ import xarray as xr
 from scipy.ndimage import binary_dilation, median_filter
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.errors import InputError, of_each
+from friction_bayes.core.errors import InputError, RecordWarning, of_each
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
 from friction_bayes.decay.dropouts import set_dropouts_aside
@@ -168,10 +169,15 @@ class Segment:
         half = 0.5 * self.decay.step
         if free.earlier:
             record = record[record["time"].values < free.start_time + free.duration + half]
-        again = _cut(record, system, free_from=free.start_time - half if free.later else None)
+        with warnings.catch_warnings():
+            # said when it was cut first
+            warnings.simplefilter("ignore", RecordWarning)
+            again = _cut(record, system, free_from=free.start_time - half if free.later else None)
+        kept = np.zeros_like(self.kept)
+        kept[: again.kept.size] = again.kept
         held = self.held + round((again.decay.start_time - self.decay.start_time) / self.decay.step)
         decay = replace(again.decay, earlier=free.earlier)
-        return replace(again, decay=decay, held=held, sides=np.zeros_like(again.sides))
+        return replace(again, decay=decay, kept=kept, held=held, sides=np.zeros_like(again.sides))
 
     def head(self, n: int) -> Segment:
         """The first ``n`` samples; time and phase are the same."""

@@ -18,7 +18,7 @@ from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
-from friction_bayes.loop.checks.forecast import Forecast, forecast
+from friction_bayes.loop.checks.forecast import Forecast, forecast, forecast_errors
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import two_witnesses
@@ -90,8 +90,11 @@ class Candidates:
 
     @property
     def needs_more(self) -> bool:
-        """Whether dry friction, and what a sensor adds to any motion, do not explain the records."""
-        return not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best) or bool(self.tests.failed)
+        """Whether dry friction, and what a sensor adds to any motion, neither explain nor forecast them."""
+        if not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best) or self.tests.failed:
+            return True
+        inside = forecast_errors(self.where_fitted(self.forecasts))["inside90"]
+        return inside < settings.SETTINGS.least_inside
 
     @property
     def evaluated(self) -> frozenset[str]:
@@ -320,6 +323,7 @@ class Candidates:
         found = {"sd": white * of_a_sample, "step": fit.segment.resolution, "filter": behind}
         return fit.record.error.described(fit.segment.decay.step) | found
 
+    @cached_property
     def forecasts(self) -> tuple[Forecast, ...]:
         """Those of each record by the effects of the candidates that hold 95 %; none where one fails."""
         credible = self.sets[: credible_count(self.probabilities)]

@@ -43,6 +43,15 @@ def test_the_free_part_is_found(periods: float, free: float, detuned: float, see
     assert any("as under a drive" in note for note in decay.notes)
 
 
+@pytest.mark.parametrize("detuned", [0.96, 1.0])
+def test_a_drive_before_three_periods_is_no_friction(detuned: float, seed: int) -> None:
+    """A hand that stops the mass leaves as few: but before it amplitude is lost."""
+    found = fb.estimate(driven_record(5.1, 3.0, detuned=detuned, seed=seed), SYSTEM)
+    assert found.decay.driven
+    low, high = found.friction.ppf([0.005, 0.995])
+    assert low < FRICTION < high < 2.0 * low
+
+
 def test_friction_is_that_of_the_free_part(seed: int) -> None:
     found = fb.estimate(driven_record(9.6, 6.0, seed=seed), SYSTEM)
     assert found.friction.mean() == pytest.approx(FRICTION, rel=0.1)

@@ -1,6 +1,8 @@
-"""The density of any smooth curve, and of one that jumps, against dense Gaussian algebra."""
+"""The density of any smooth curve, and of one that breaks, against dense Gaussian algebra."""
 
 from __future__ import annotations
+
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,21 +11,35 @@ from scipy.special import logsumexp
 
 from friction_bayes.estimators.noise.smooth_curve import log_density_of_curve
 
+AMPLITUDE, DEGREES = 7.0, (2, 4)
 
-@pytest.mark.parametrize("places", [None, [[9], [17], [30]], [[5, 20], [8, 23]]])
-def test_it_is_that_of_a_normal_signal(places: list[list[int]] | None, rng: np.random.Generator) -> None:
-    n, amplitude, degrees = 40, 7.0, (4, 6)
-    place, signal = np.linspace(-1.0, 1.0, n), 3.0 * rng.standard_normal(n)
-    jumps = None if places is None else np.array(places)
+
+def dense(signal: np.ndarray, place: np.ndarray, breaks: int) -> float:
+    """The mean over degrees and numbers of breaks, jumps and bends anywhere, all as probable."""
+    beyond = place >= place[:, None]
+    kinds = np.concatenate([beyond * 1.0, beyond * (place - place[:, None])])
     expected = []
-    for degree in degrees:
-        curve = amplitude * np.polynomial.legendre.legvander(place, degree)
-        smooth = np.eye(n) + curve @ curve.T
-        of_jumps = []
-        for each in [[]] if places is None else places:
-            raised = sum(((-1.0) ** k * (np.arange(n) >= at) for k, at in enumerate(each)), np.zeros(n))
-            covariance = smooth + amplitude**2 * np.outer(raised, raised)
-            of_jumps.append(stats.multivariate_normal(np.zeros(n), covariance).logpdf(signal))
-        expected.append(logsumexp(of_jumps) - np.log(len(of_jumps)))
-    found = log_density_of_curve(place, signal, amplitude, degrees, jumps)
-    assert found == pytest.approx(logsumexp(expected) - np.log(len(degrees)), abs=1e-9)
+    for degree, count in product(DEGREES, range(breaks + 1)):
+        smooth = np.polynomial.legendre.legvander(place, degree)
+        found = []
+        for broken in product(kinds, repeat=count):
+            columns = AMPLITUDE * np.column_stack([smooth, *broken])
+            covariance = np.eye(place.size) + columns @ columns.T
+            found.append(stats.multivariate_normal(np.zeros(place.size), covariance).logpdf(signal))
+        expected.append(logsumexp(found) - np.log(len(found)))
+    return float(logsumexp(expected) - np.log(len(expected)))
+
+
+@pytest.mark.parametrize("breaks", [0, 1])
+def test_it_is_that_of_a_normal_signal(breaks: int, rng: np.random.Generator) -> None:
+    place, signal = np.linspace(-1.0, 1.0, 20), 3.0 * rng.standard_normal(20)
+    found = log_density_of_curve(place, signal, AMPLITUDE, DEGREES, breaks)
+    assert found == pytest.approx(dense(signal, place, breaks), abs=1e-9)
+
+
+def test_of_several_breaks_it_is_a_lower_bound_which_clear_ones_reach(rng: np.random.Generator) -> None:
+    place = np.linspace(-1.0, 1.0, 14)
+    for size, reached in ((0.0, 2.0), (9.0, 2.0)):
+        signal = size * ((place > -0.4) - 2.0 * (place > 0.3)) + rng.standard_normal(14)
+        found, exact = log_density_of_curve(place, signal, AMPLITUDE, DEGREES, 2), dense(signal, place, 2)
+        assert exact - reached < found <= exact + 1e-9

@@ -112,7 +112,7 @@ def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> No
 
 
 def test_each_record_is_traced_and_forecast(candidates: Candidates) -> None:
-    traces, forecasts = candidates.traces, candidates.forecasts()
+    traces, forecasts = candidates.traces, candidates.forecasts
     assert len(traces) == len(forecasts) == records(candidates)
     samples, turns, _ = candidates.fitted
     assert traces[0].signal.size == samples
@@ -137,7 +137,7 @@ def test_a_forecast_is_of_all_laws_each_as_probable_as_after_the_whole_record(
     monkeypatch.setattr(forecast, "draw_laws", kept)
     # damping and drag cannot be separated under as much noise
     candidates = alone(1e-4)
-    candidates.forecasts()
+    assert candidates.forecasts
     (laws,) = drawn[0].records
     found = Counter(laws.fit.sets.effects[k] for k in laws.chosen)
     probable = [k for k, p in enumerate(candidates.probabilities) if p > 0.05]

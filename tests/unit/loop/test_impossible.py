@@ -106,7 +106,7 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
 
 
 def test_a_record_that_no_law_explains_is_refused() -> None:
-    """As one whose angle starts over, which was read as a displacement."""
+    """As one that leaps."""
     record = fb.simulate(
         SYSTEM,
         friction=0.05,

@@ -60,6 +60,17 @@ def test_a_stray_sample_is_no_turn(value: float) -> None:
     assert going_on(values, "rad") is None
 
 
+@pytest.mark.parametrize("value", [-4.0, 9.0, 100.0])
+def test_a_stray_sample_beyond_a_turn_hides_no_turns(value: float) -> None:
+    motion = 1.2 * np.cos(np.linspace(0.0, 40.0, 500))
+    shown = np.mod(motion, TURN)
+    shown[[0, 250]] = value
+    found = going_on(shown, "rad")
+    assert found is not None
+    left = np.delete(found - motion, [0, 250])
+    assert left == pytest.approx(np.full(left.size, left[0]), abs=1e-9)
+
+
 def estimated(record: xr.DataArray) -> fb.Estimate:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.RecordWarning)
