@@ -62,6 +62,10 @@ class SmoothedMotion:
         unit = np.array([1.0, 1.0 / change, 1.0])
         return replace(self, states=self.states * unit, covariance=self.covariance * np.outer(unit, unit))
 
+    def of_noise(self, noise: float) -> SmoothedMotion:
+        """The same in other sensor noise, natural units, by which it is known as much better or worse."""
+        return replace(self, covariance=self.covariance * (noise / self.noise) ** 2, noise=noise)
+
     def midway(self, other: SmoothedMotion) -> SmoothedMotion:
         """The motion in the middle between this and another, of the other's precision."""
         return replace(other, states=0.5 * (self.states + other.states))

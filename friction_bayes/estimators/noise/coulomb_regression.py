@@ -18,7 +18,9 @@ Priors, of the scale of this record: friction ``F`` as fitted under white noise 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -32,6 +34,12 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
+from friction_bayes.estimators.noise.high_passes import (
+    Likelihood,
+    filters_near,
+    likeliest_corner,
+    likelihood_behind,
+)
 from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
     FORCES,
@@ -44,6 +52,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     RecordingFilter,
     Through,
     jump_columns,
+    kinds_for,
     margin,
     own_columns,
 )
@@ -80,11 +89,15 @@ DRIFT = "drift"
 _DRIFT_SHARE, _DRIFTS = 0.1, 0.1
 """Prior sd of such a drift over the amplitude, as that of the rest position, and its probability: it goes
 along a line or a curve."""
+_OF_MOTION: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffness")
+"""Names of the columns of the law that are of the motion, and not of the sensor's zero."""
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
 _NATURAL = Oscillator(mass=1.0, stiffness=1.0)
 _ON_GRID = 0.05
 """Share of the step within which samples lie on an even grid."""
+_BEHIND_HIGH_PASS = 2
+"""Motions behind one, each along that before: a third changes the log evidence by some tenths."""
 _MOST_ROUNDS = 4
 """Motions that are smoothed with a law: one is enough except for a pendulum that swings far."""
 
@@ -175,6 +188,11 @@ class Laid:
     def unit(self) -> float:
         """Natural unit in the unit of the signal."""
         return self.frequency**self.order
+
+    @property
+    def angle(self) -> float:
+        """Of the motion, evenly sampled [rad/sample]."""
+        return float(self.path.phase[-1] - self.path.phase[0]) / (self.path.phase.size - 1)
 
     def with_variance(self, variance: Array) -> Laid:
         """The same with relative variances of the samples, shape (n,), infinite where one is left out."""
@@ -417,11 +435,45 @@ class PreparedDecay:
         path = self._seen_through(filters[0][1], path)
         return [(share, path.behind(each, self.natural(path))) for share, each in filters]
 
+    def behind_high_passes(self, laid: Laid) -> Iterator[tuple[str, list[tuple[RecordingFilter, Laid]]]]:
+        """Kinds of high passes, filters of each of likely corners, and the regressions behind these.
+
+        Like those of :meth:`behind` they go along the motion that the record shows through such a filter.
+        None of an acceleration, in the jumps of which the spectra show them.
+        """
+        even = laid.regression.clock.even
+        if laid.order == 2 or not even or self.signal.size < 4 * margin(laid.angle):
+            return
+        for kind in kinds_for(laid.angle, laid.order):
+            if not kind.high_pass or kind.sizes.size == 0:
+                continue
+            path, (corner, sd) = laid, likeliest_corner(kind, self._motion_behind(laid))
+            for _ in range(_BEHIND_HIGH_PASS):
+                path = self._seen_through(kind.of(corner), path)
+                corner, sd = likeliest_corner(kind, self._motion_behind(path))
+            filters = filters_near(kind, corner, sd, partial(self._log_evidence_behind, path))
+            yield kind.name, [(each, path.behind(each, self.natural(path))) for each in filters]
+
+    def _motion_behind(self, laid: Laid) -> Likelihood:
+        """Log likelihood of the motion and its dry friction behind a filter."""
+        regression = laid.regression
+        moving = np.array([name in _OF_MOTION for name in regression.names])
+        signal = np.where(regression.clock.used, self.natural(laid), np.nan)
+        known = self.natural(laid) - regression.target
+        return likelihood_behind(signal, known, regression.columns[:, moving], laid.angle)
+
+    def _log_evidence_behind(self, laid: Laid, filter_: RecordingFilter | None) -> float:
+        """Of a law without a random force, behind a filter or none."""
+        behind = laid if filter_ is None else laid.behind(filter_, self.natural(laid))
+        return integrate_force(Problem.of(behind.regression), self.prior.without_force).log_evidence
+
     def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
         behind = laid.behind(filter_, self.natural(laid))
-        law = integrate_force(Problem.of(behind.regression), self.prior.without_force).best_law()
-        return self.along_law(behind, law)
+        found = integrate_force(Problem.of(behind.regression), self.prior.without_force)
+        motion = behind.regression.motion.of_noise(found.noise_sd)
+        behind = replace(behind, regression=replace(behind.regression, motion=motion))
+        return self.along_law(behind, found.best_law())
 
     def along_law(self, laid: Laid, law: Array, share: float = 1.0) -> Laid:
         """Regression along the motion under a law of these coefficients, shape (p,), without a force.
@@ -550,7 +602,7 @@ def _regression(
     columns = np.column_stack([at_sensor(start, row), answered[:, :2]])
     known = states[:, :, 2]
     states = np.concatenate([start, states[:, :, :2]], axis=2)
-    names: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffness")
+    names = _OF_MOTION
     amplitude = float(np.max(np.hypot(path.x, path.v)))
     scale = np.array([10.0 * amplitude, 10.0 * amplitude, 2.0 * friction, 0.05])
     if not decay.rest_known:

@@ -46,7 +46,14 @@ from friction_bayes.statespace.force_grid import humps
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
-__all__ = ["FoundFilters", "FoundKind", "filters_along", "likely_filters"]
+__all__ = [
+    "FoundFilters",
+    "FoundKind",
+    "filters_along",
+    "least_squares_residual",
+    "likely_filters",
+    "varying_swing",
+]
 
 _LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
@@ -135,6 +142,14 @@ class FoundFilters:
         found = [each for kind in self.kinds for each in (kind.log_evidence, kind.log_unlisted)]
         return float(expit(_log_sum(found) - self.log_other))
 
+    def and_also(self, kinds: Sequence[FoundKind]) -> FoundFilters:
+        """The same and more kinds, whose log evidence is over that of noise that was not filtered."""
+        more = [
+            kind._replace(filters=[(self.log_other + value, filter_) for value, filter_ in kind.filters])
+            for kind in kinds
+        ]
+        return replace(self, kinds=sorted([*self.kinds, *more], key=lambda kind: -kind.log_evidence))
+
     @property
     def likely(self) -> list[tuple[float, RecordingFilter]]:
         """The most probable filters, the first of them most, with their probabilities among themselves."""
@@ -177,7 +192,8 @@ def likely_filters(
     only : str, optional
         Name of the one kind that is compared.
     """
-    kinds = kinds_for(angle, order)
+    # where no force makes a signal jump, what a high pass does is below the frequencies that are compared
+    kinds = [kind for kind in kinds_for(angle, order) if order == 2 or not kind.high_pass]
     n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
     if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
         return FoundFilters()
@@ -329,15 +345,9 @@ class _Spectra:
 
     def __init__(self, signal: Array, rows: Array, angle: float, order: int) -> None:
         self._amplitude = float(np.max(np.abs(signal)))
-        place, phase = np.linspace(-1.0, 1.0, signal.size), angle * np.arange(signal.size)
-        swings = np.polynomial.legendre.legvander(place, _SWINGS)
-        slow = [
-            np.polynomial.legendre.legvander(place, _DRIFT),
-            swings * np.cos(phase)[:, None],
-            swings * np.sin(phase)[:, None],
-        ]
-        self._slow = np.asarray(np.hstack(slow).T, np.float64)
-        left, _ = _residual(signal, np.vstack([self._slow, rows]))
+        drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, signal.size), _DRIFT).T
+        self._slow = np.vstack([drift, varying_swing(signal.size, angle)])
+        left, _ = least_squares_residual(signal, np.vstack([self._slow, rows]))
         coefficients, _ = burg_recursion(
             left / math.sqrt(float(left @ left) / left.size), most_lags(signal.size)
         )
@@ -373,7 +383,7 @@ class _Spectra:
 
     def of_others(self, signal: Array, rows: Array) -> float:
         """Log evidence of noise that was not filtered, averaged over its kinds and their sizes."""
-        colour, _ = burg(_residual(signal, rows)[0], len(rows))
+        colour, _ = burg(least_squares_residual(signal, rows)[0], len(rows))
         power = self._power_left(self.whitened(signal), self.whitened(rows))
         white = self._gain[2 * self._places]
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
@@ -440,7 +450,7 @@ class _Spectra:
 
     def _left(self, signal: Array, rows: Array) -> tuple[Array, Array]:
         """Residual of a signal after a drifting zero, a swing of varying amplitude and phase, and rows."""
-        return _residual(signal, np.vstack([self._slow, rows]), self._noise_over_size)
+        return least_squares_residual(signal, np.vstack([self._slow, rows]), self._noise_over_size)
 
     def _power_left(self, signal: Array, rows: Array) -> Array:
         return self._power(self._left(signal, rows)[0])
@@ -485,7 +495,14 @@ class _Spectra:
         return np.asarray(seen.sum(axis=1) + hidden.sum(axis=1))
 
 
-def _residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> tuple[Array, Array]:
+def varying_swing(samples: int, angle: float) -> Array:
+    """Rows of a swing of varying amplitude and phase, shape (p, samples)."""
+    place, phase = np.linspace(-1.0, 1.0, samples), angle * np.arange(samples)
+    swings = np.polynomial.legendre.legvander(place, _SWINGS).T
+    return np.vstack([swings * np.cos(phase), swings * np.sin(phase)])
+
+
+def least_squares_residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> tuple[Array, Array]:
     """What least squares of rows leave of a signal, if coefficients have that size, over the noise.
 
     And Cholesky's factor of the products of rows. The second fit takes what rounding left.

@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,7 +44,7 @@ from friction_bayes.estimators.noise.other_forces import (
     falls_faster,
     moved_shapes,
 )
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.statespace.coloured_noise import Autoregression
@@ -494,9 +495,9 @@ class NoiseAccounts:
     @cached_property
     def all(self) -> tuple[NoiseAccount, ...]:
         """The same and those behind filters, with their probabilities."""
-        if not self.behind_none or self._white_noise_explains:
+        if not self.behind_none or self.behind_none[0].probability >= 1.0 - SLIGHT:
             return self.behind_none
-        behind = _behind(self._prepared, *self._evaluated)
+        behind = _behind(self._prepared, self._evaluated, spectra=not self._white_noise_explains)
         if not behind:
             return self.behind_none
         rest = 1.0 - sum(each.value for each in behind)
@@ -507,16 +508,16 @@ class NoiseAccounts:
         return PreparedDecay(self._decay)
 
     @cached_property
-    def _evaluated(self) -> tuple[Laid, list[tuple[_Evaluated, float]]]:
+    def _evaluated(self) -> _Unfiltered:
         return _behind_no_filter(self._prepared)
 
     @property
     def _found(self) -> list[_Found]:
-        return [_Found(part, share) for part, share in self._evaluated[1]]
+        return [_Found(part, share) for part, share in self._evaluated.shares]
 
     @property
     def _white_noise_explains(self) -> bool:
-        return _white_noise_explains(self._evaluated[1])
+        return _white_noise_explains(self._evaluated.shares)
 
     def _named(self, found: Sequence[_Found]) -> tuple[NoiseAccount, ...]:
         """Accounts of what was found, and one of other forces with a random one where either is needed."""
@@ -525,8 +526,19 @@ class NoiseAccounts:
         return tuple(each.account(self._prepared) for each in found)
 
 
-def _behind_no_filter(prepared: PreparedDecay) -> tuple[Laid, list[tuple[_Evaluated, float]]]:
-    """The law along the fit, and the accounts behind no filter with their probabilities."""
+class _Unfiltered(NamedTuple):
+    """The law along the fit, and accounts behind no filter with their probabilities.
+
+    ``log_evidence`` is of all of them, the noise as it is.
+    """
+
+    laid: Laid
+    shares: Sequence[tuple[_Evaluated, float]]
+    log_evidence: float
+
+
+def _behind_no_filter(prepared: PreparedDecay) -> _Unfiltered:
+    """The accounts behind no filter."""
     fit = prepared.along_fit()
     shapes = _under_white_noise(prepared, fit)
     if _of_force(shapes) > _SHIFTS_PATH:
@@ -545,7 +557,7 @@ def _behind_no_filter(prepared: PreparedDecay) -> tuple[Laid, list[tuple[_Evalua
         else shape
         for shape in shapes
     ]
-    return fit, _evaluate(prepared, shapes)
+    return _Unfiltered(fit, *_evaluate(prepared, shapes))
 
 
 def needs_no_force(decay: PlainDecay) -> bool:
@@ -587,18 +599,21 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
     return float(expit(force - none))
 
 
-def _behind(
-    prepared: PreparedDecay, laid: Laid, evaluated: Sequence[tuple[_Evaluated, float]]
-) -> list[_Found]:
-    """Accounts behind filters, with their probabilities.
+def _behind(prepared: PreparedDecay, unfiltered: _Unfiltered, *, spectra: bool) -> list[_Found]:
+    """Accounts behind filters, with their probabilities: high passes, and those that ``spectra`` show.
 
     The spectra compare filters above the motion's frequency, all along one motion, and a record is no
     evidence twice. Near that frequency, where a force explains whatever a filter leaves, the odds against a
     force compare them, each kind along its own motion. Spectra include no force behind a filter: with one, a
     listed filter is identified as far as there may be none, and what is left is for one that is not listed.
     """
-    filters = prepared.filters_along(laid)
-    free = _behind_unlisted(filters, evaluated)
+    laid, high_passes = unfiltered.laid, _high_passes(prepared, unfiltered)
+    behind = {kind.name: each for kind, each in high_passes}
+    filters = FoundFilters().and_also([kind for kind, _ in high_passes])
+    if spectra and filters.probability < 0.5:
+        # along a law that is not behind a high pass, spectra show what that makes of corners
+        filters = prepared.filters_along(laid).and_also(filters.kinds)
+    free = _behind_unlisted(filters, unfiltered.shares)
     found, log_none = list(free), _log_evidence_of_filters(free)
     likely = {each.name for _, each in filters.likely}
     for kind in filters.kinds:
@@ -608,7 +623,8 @@ def _behind(
         # an unlikely one has to leave no force where likely ones leave one
         if sizes == 0 and max(kind.log_evidence, kind.log_unlisted) < log_none:
             continue
-        found += _behind_kind(prepared, laid, kind, sizes or None)
+        each = behind.get(kind.name) or prepared.behind(kind, laid)[: sizes or None]
+        found += _behind_kind(prepared, each, kind)
         log_none = _log_evidence_of_filters(found)
     if not found:
         return []
@@ -619,6 +635,39 @@ def _behind(
         rest = filters.probability - shares.sum()
         shares[: len(free)] += rest * softmax([each.value for each in free])
     return [each._replace(value=share) for each, share in zip(found, shares.tolist(), strict=True)]
+
+
+def _high_passes(
+    prepared: PreparedDecay, unfiltered: _Unfiltered
+) -> list[tuple[FoundKind, list[tuple[float, Laid]]]]:
+    """Kinds of high passes, and the law behind the likely corners of each with their shares.
+
+    White noise is as white behind one, so that both compare on the same samples, with a force or without:
+    with all that goes behind no filter.
+    """
+    best = _best([part for part, _ in unfiltered.shares if part.of_white_noise])
+    found = []
+    for name, corners in prepared.behind_high_passes(unfiltered.laid):
+        laws = [best.laid, *(each for _, each in corners)]
+        same = np.max([each.regression.clock.variance for each in laws], axis=0)
+        none = best.along(best.laid.with_variance(same)).log_evidence
+        none += unfiltered.log_evidence - best.log_evidence
+        none += math.log1p(-FILTERED)
+        values = [
+            filter_.log_prior + _log_evidence(prepared, each.with_variance(same)) - none
+            for filter_, each in corners
+        ]
+        filters = zip(values, (filter_ for filter_, _ in corners), strict=True)
+        shares = zip(softmax(values).tolist(), (each for _, each in corners), strict=True)
+        kind = FoundKind(name, sorted(filters, key=itemgetter(0), reverse=True))
+        found.append((kind, [(share, each) for share, each in shares if share > SLIGHT]))
+    return found
+
+
+def _log_evidence(prepared: PreparedDecay, laid: Laid) -> float:
+    """Of a law without a random force, alone or with other forces."""
+    laws = (laid, _with_other_forces(prepared, laid))
+    return float(logsumexp([_without_force(prepared, each).log_evidence for each in laws]))
 
 
 def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]:
@@ -658,13 +707,14 @@ def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
     return float(np.logaddexp.reduce([-math.inf, *(each.value for each in found if not each.part.forced)]))
 
 
-def _behind_kind(prepared: PreparedDecay, laid: Laid, kind: FoundKind, sizes: int | None) -> list[_Found]:
-    """Accounts behind the most probable filters of a kind, and behind others like the first.
+def _behind_kind(
+    prepared: PreparedDecay, behind: Sequence[tuple[float, Laid]], kind: FoundKind
+) -> list[_Found]:
+    """Accounts ``behind`` the most probable filters of a kind, with their shares, and others like the first.
 
     Where a force is improbable behind one, it is not evaluated behind the less probable ones, which differ
     little: the odds are the same, and its accounts there stand for all of these.
     """
-    behind = prepared.behind(kind, laid)[:sizes]
     shapes = [
         [_Shape([law], _without_force(prepared, law)) for law in (each, _with_other_forces(prepared, each))]
         for _, each in behind
@@ -803,8 +853,10 @@ def _quiet(shape: _Shape) -> list[Laid]:
     return [laid.with_noise(_QUIETEST * shape.still.posterior.noise_sd) for laid in shape.paths]
 
 
-def _evaluate(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[tuple[_Evaluated, float]]:
-    """All accounts and their probabilities.
+def _evaluate(
+    prepared: PreparedDecay, shapes: Sequence[_Shape]
+) -> tuple[list[tuple[_Evaluated, float]], float]:
+    """All accounts and their probabilities, and their log evidence.
 
     Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
     is coloured, all accounts are evaluated under a floor.
@@ -829,7 +881,7 @@ def _evaluate(prepared: PreparedDecay, shapes: Sequence[_Shape]) -> list[tuple[_
                 found[same[0]] = (white[same[0]], found[same[0]][1] + share * own)
             else:
                 found.append((part, share * own))
-    return found
+    return found, float(logsumexp([part.log_evidence for part in (*white, *coloured)]))
 
 
 def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:

@@ -282,6 +282,8 @@ class FilterKind:
         Whether it suppresses some frequencies altogether.
     prior : float
         Probability that noise which is not white went through one of them.
+    high_pass : bool
+        Whether they let everything above the motion's frequency through.
     """
 
     name: str
@@ -289,6 +291,7 @@ class FilterKind:
     of: Callable[[float], RecordingFilter]
     has_zeros: bool
     prior: float = 1.0
+    high_pass: bool = False
 
 
 def kinds_for(angle: float, order: int) -> list[FilterKind]:
@@ -427,8 +430,7 @@ def _of_corner(
     """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
 
     The response may also be ``another``, one standard deviation apart. Words and the corners that are tried,
-    ``between``, have corners over the motion's frequency. If none are given, these are the corners of low
-    passes.
+    ``between`` of high passes, have corners over the motion's frequency.
     """
 
     def of(corner: float) -> RecordingFilter:
@@ -440,11 +442,13 @@ def _of_corner(
         neighbours += [] if another is None else [partial(another, corner=corner)]
         return replace(own, doubts=tuple(_apart(own, neighbour) for neighbour in neighbours))
 
+    high_pass = between is not None
     if between is None:
         left = abs(complex(response(np.array([angle]), corner=_OF_STEEP * angle)[0]))
         between = (_OF_STEEP if left > 1.0 - _NEXT_TO_NOTHING else _LOWEST_CORNER, math.inf)
     highest = min(between[1] * angle, _HIGHEST_CORNER * math.pi)
-    return FilterKind(name, _corners(between[0] * angle, highest), of, has_zeros=False)
+    corners = _corners(between[0] * angle, highest)
+    return FilterKind(name, corners, of, has_zeros=False, high_pass=high_pass)
 
 
 def _apart(filter_: RecordingFilter, response: Response) -> Response:

@@ -19,6 +19,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import filters_along
+from friction_bayes.estimators.noise.high_passes import likely_high_passes
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
@@ -385,15 +386,19 @@ def _law_along(
 def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     """The mean of a record's probable filters, with their differences; None where none is as probable.
 
-    As :func:`friction_bayes.estimate` finds it (:mod:`friction_bayes.estimators.noise.filter_evidence`),
-    along the motion of a law ``found`` as if there were no filter, without the samples ``missing``. Forces
-    other than friction are represented by a swing of varying amplitude and phase: above the motion's
-    frequency they are small next to the corners.
+    As :func:`friction_bayes.estimate` finds it (:mod:`friction_bayes.estimators.noise.high_passes` and
+    :mod:`friction_bayes.estimators.noise.filter_evidence`), along the motion of a law ``found`` as if there
+    were no filter, without the samples ``missing``. Forces other than friction are represented by a swing of
+    varying amplitude and phase: above the motion's frequency they are small next to the corners.
     """
     law, clock, path = found.law, found.clock, found.path
     if not clock.even:
         return None
     plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
     signal, friction = np.where(missing, np.nan, found.regression.target + law.known), len(law.always)
-    filters = filters_along(path, found.segment.order, signal, law.known, plain, friction)
-    return blended(filters.likely, law.read.values) if filters.probability > 0.5 else None
+    order, angle = found.segment.order, float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
+    likely = likely_high_passes(signal, law.known, plain[:, :-1], angle, order)
+    if not likely:
+        filters = filters_along(path, order, signal, law.known, plain, friction)
+        likely = filters.likely if filters.probability > 0.5 else []
+    return blended(likely, law.read.values) if likely else None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.estimators.noise import filter_evidence
-from friction_bayes.estimators.noise.filter_evidence import _of_kind, _residual, likely_filters
+from friction_bayes.estimators.noise.filter_evidence import _of_kind, least_squares_residual, likely_filters
 from friction_bayes.estimators.noise.recording_filters import FilterKind, RecordingFilter, kinds_for
 
 SAMPLES = 400
@@ -22,17 +22,17 @@ def test_a_column_of_rounding_explains_nothing(rng: np.random.Generator) -> None
     swing = np.cos(0.3 * np.arange(SAMPLES))
     rounding = 1e-17 * rng.standard_normal((20, SAMPLES))
     signal = 2.0 * swing + noise
-    alone, _ = _residual(signal, swing[None], 1e-3)
-    left, _ = _residual(signal, np.vstack([swing, rounding]), 1e-3)
+    alone, _ = least_squares_residual(signal, swing[None], 1e-3)
+    left, _ = least_squares_residual(signal, np.vstack([swing, rounding]), 1e-3)
     np.testing.assert_allclose(left, alone, atol=1e-12)
-    np.testing.assert_allclose(alone, _residual(signal, swing[None])[0], atol=1e-8)
+    np.testing.assert_allclose(alone, least_squares_residual(signal, swing[None])[0], atol=1e-8)
 
 
 def test_a_second_fit_takes_what_rounding_left_of_the_first(rng: np.random.Generator) -> None:
     """Columns that nearly agree have large coefficients that nearly cancel."""
     swing, other = np.cos(0.3 * np.arange(SAMPLES)), rng.standard_normal(SAMPLES)
     rows = np.vstack([swing, swing + 1e-4 * other])
-    left, _ = _residual(3.0 * swing + other, rows)
+    left, _ = least_squares_residual(3.0 * swing + other, rows)
     assert np.max(np.abs(left)) < 2e-3
 
 
@@ -50,15 +50,15 @@ def test_too_few_samples_decide_on_no_filter(rng: np.random.Generator, samples: 
 def test_filters_of_one_name_have_their_own_evidence(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of AC couplings neighbours may have one name in words."""
+    """Of Gaussian weights neighbours may have one name in words."""
     phase = 0.3 * np.arange(SAMPLES)
     swing = np.column_stack([np.cos(phase), np.sin(phase)])
     signal = swing[:, 0] + np.cumsum(1e-3 * rng.standard_normal(SAMPLES))
 
     def evidence(name_of: Callable[[float], str]) -> list[float]:
         def named(angle: float, order: int) -> list[FilterKind]:
-            (coupling,) = (kind for kind in kinds_for(angle, order) if kind.name == "AC coupling")
-            return [replace(coupling, of=lambda size: replace(coupling.of(size), name=name_of(size)))]
+            (weights,) = (kind for kind in kinds_for(angle, order) if kind.name == "Gaussian weights")
+            return [replace(weights, of=lambda size: replace(weights.of(size), name=name_of(size)))]
 
         monkeypatch.setattr(filter_evidence, "kinds_for", named)
         (found,) = likely_filters(signal, np.zeros(SAMPLES), swing, swing, 0.3, 0).kinds

@@ -266,6 +266,7 @@ def picked_up(values: np.ndarray) -> np.ndarray:
         ("displacement", lambda v: signal.lfilter(*signal.bessel(4, 0.15), v), 1e-5, "a Bessel filter"),
         ("acceleration", coupled, 2e-2, "an AC coupling"),
         ("velocity", coupled, 1e-3, "an AC coupling"),
+        ("displacement", coupled, 1e-5, "an AC coupling"),
         ("acceleration", mounted, 2e-2, "a resonance of the mount"),
     ],
 )
@@ -287,7 +288,9 @@ def test_what_a_geophone_amplifies_is_put_back() -> None:
     filter_ = found.to_dict()["noise"]["filter"]
     assert filter_ is not None
     assert filter_["name"].startswith("a high pass of order 2")
-    assert filter_["gain"] == pytest.approx(1.041, abs=0.02)
+    # of the filters of all corners and dampings that are about as probable as the one that is named
+    gain = sum(account.probability * account.gain for account in found.fit.accounts)
+    assert gain == pytest.approx(1.041, abs=0.02)
     low, high = found.friction.ppf([0.05, 0.95])
     assert low < 1.0 < high < low + 0.06
 

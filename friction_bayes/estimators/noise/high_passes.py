@@ -1,0 +1,135 @@
+"""The corner of a high pass that a record went through, by what that makes of the motion.
+
+White noise is white behind it too, but for the lowest frequencies, so that a spectrum does not show it: the
+law behind it, with what it remembers of the time before, fits the samples, and the law without does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import logsumexp, softmax
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.estimators.noise.filter_evidence import least_squares_residual, varying_swing
+from friction_bayes.estimators.noise.recording_filters import (
+    FILTERED,
+    FilterKind,
+    RecordingFilter,
+    Through,
+    kinds_for,
+    margin,
+)
+
+__all__ = ["Likelihood", "filters_near", "likeliest_corner", "likelihood_behind", "likely_high_passes"]
+
+Likelihood = Callable[[RecordingFilter | None], float]
+"""Logarithm of the likelihood of a record behind a filter, or none."""
+
+_TRIED = 16
+"""Corners among which the most likely is found: as densely as a hump of the likelihood is wide."""
+_CLOSE = 1e-4
+"""Relative distance of corners that are one."""
+_STEP = 0.01
+"""The same over which a likelihood bends."""
+_FAR = 5.0
+"""Standard deviations within which the law and a swing that varies have their most likely corners."""
+_NODES = np.arange(-2.0, 2.5)
+"""Corners that stand for all, in standard deviations from the most likely."""
+
+
+def likelihood_behind(signal: Array, known: Array, columns: Array, angle: float) -> Likelihood:
+    """The likelihood of a record in white noise, forces other than dry friction being a swing that varies.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Evenly spaced samples, nan where one does not count.
+    known : ndarray, shape (n,)
+        What of them has no coefficient.
+    columns : ndarray, shape (n, p)
+        Of the motion, without its rest position, of which nothing is left.
+    angle : float
+        Of the motion [rad/sample].
+    """
+    left_out = margin(angle)
+    inner = np.isfinite(signal)
+    inner[:left_out] = inner[signal.size - left_out :] = False
+    through = Through(np.column_stack([columns, known]))
+    always = np.vstack([np.ones(signal.size), varying_swing(signal.size, angle)])[:, inner]
+
+    def log_likelihood(filter_: RecordingFilter | None) -> float:
+        if filter_ is None:
+            shown, memory = np.column_stack([columns, known]).T, np.empty((0, signal.size))
+        else:
+            shown, memory = through.rows(filter_), filter_.memory(signal.size).T
+        rows = np.vstack([always, shown[:-1, inner], memory[:, inner]])
+        left, _ = least_squares_residual(signal[inner] - shown[-1, inner], rows)
+        return -0.5 * left.size * math.log(float(left @ left)) - 0.5 * len(memory) * math.log(left.size)
+
+    return log_likelihood
+
+
+def likely_high_passes(
+    signal: Array, known: Array, columns: Array, angle: float, order: int
+) -> list[tuple[float, RecordingFilter]]:
+    """High passes that a record rather went through than none, with their shares, the most probable first.
+
+    Arguments are those of :func:`likelihood_behind`, and the order of the derivative that is measured. None
+    of an acceleration, in the jumps of which the spectra show them.
+    """
+    if order == 2 or signal.size < 4 * margin(angle):
+        return []
+    log_likelihood = likelihood_behind(signal, known, columns, angle)
+    found = []
+    for kind in kinds_for(angle, order):
+        if kind.high_pass and kind.sizes.size:
+            corner, sd = likeliest_corner(kind, log_likelihood)
+            found += filters_near(kind, corner, sd, log_likelihood)
+    values = np.array([each.log_prior + log_likelihood(each) for each in found])
+    if not found or logsumexp(values) < math.log1p(-FILTERED) + log_likelihood(None):
+        return []
+    shares = softmax(values)
+    return [(float(shares[k]), found[k]) for k in np.argsort(-shares)]
+
+
+def likeliest_corner(kind: FilterKind, log_likelihood: Likelihood) -> tuple[float, float]:
+    """The corner [rad/sample] of a kind behind which a record is most likely, and its relative sd."""
+    low, high = (math.log(each) for each in kind.sizes[[0, -1]])
+    tried = np.linspace(low, high, _TRIED)
+    values = [log_likelihood(kind.of(math.exp(each))) for each in tried]
+    return _peak(kind, log_likelihood, float(tried[np.argmax(values)]), tried[1] - tried[0])
+
+
+def filters_near(
+    kind: FilterKind, corner: float, sd: float, log_likelihood: Likelihood
+) -> list[RecordingFilter]:
+    """Filters about the most likely one near a corner, that known to an sd, equally far apart.
+
+    Each with the prior probability of all those that it represents.
+    """
+    best, sd = _peak(kind, log_likelihood, math.log(corner), _FAR * sd)
+    corners = best * np.exp(sd * _NODES)
+    low, high = kind.sizes[[0, -1]]
+    log_prior = math.log(kind.prior * sd / math.log(high / low))
+    found = [kind.of(each) for each in corners[(corners >= low) & (corners <= high)].tolist()]
+    # the first doubt is of the corner
+    return [replace(each, doubts=each.doubts[1:], log_prior=log_prior) for each in found]
+
+
+def _peak(kind: FilterKind, log_likelihood: Likelihood, near: float, within: float) -> tuple[float, float]:
+    """The most likely corner near one, a logarithm, and its relative sd, that of a normal density there."""
+    low, high = (math.log(each) for each in kind.sizes[[0, -1]])
+
+    def loss(log_corner: float) -> float:
+        return -log_likelihood(kind.of(math.exp(log_corner)))
+
+    between = max(near - within, low), min(near + within, high)
+    best = minimize_scalar(loss, bounds=between, method="bounded", options={"xatol": _CLOSE})
+    bend = loss(best.x - _STEP) + loss(best.x + _STEP) - 2.0 * best.fun
+    sd = _STEP / math.sqrt(bend) if bend > 0.0 else within
+    return math.exp(best.x), min(sd, 0.5 * within)

@@ -1,0 +1,57 @@
+"""High passes of records that do not jump are found by what they make of the motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from friction_bayes.estimators.noise.high_passes import (
+    filters_near,
+    likeliest_corner,
+    likelihood_behind,
+    likely_high_passes,
+)
+from friction_bayes.estimators.noise.recording_filters import Through, kinds_for
+
+ANGLE, SAMPLES, NOISE = 2.0 * math.pi / 80.0, 1200, 2e-3
+PHASE = ANGLE * np.arange(SAMPLES)
+SWING = np.column_stack([(1.0 - PHASE / 200.0) * np.cos(PHASE), np.sin(PHASE)])
+KNOWN = np.zeros(SAMPLES)
+
+
+def behind(corner: float, order: int, rng: np.random.Generator) -> np.ndarray:
+    """A swing behind an AC coupling that has not settled, and white noise."""
+    (kind,) = (each for each in kinds_for(ANGLE, order) if each.name == "AC coupling")
+    filter_ = kind.of(corner * ANGLE)
+    shown = Through(SWING)(filter_) @ [1.0, 0.2] + 0.5 * filter_.memory(SAMPLES)[:, 0]
+    return shown + NOISE * rng.standard_normal(SAMPLES)
+
+
+@pytest.mark.parametrize("corner", [0.02, 0.1, 0.3])
+def test_the_corner_is_found(corner: float, rng: np.random.Generator) -> None:
+    (kind,) = (each for each in kinds_for(ANGLE, 0) if each.name == "AC coupling")
+    log_likelihood = likelihood_behind(behind(corner, 0, rng), KNOWN, SWING, ANGLE)
+    found, sd = likeliest_corner(kind, log_likelihood)
+    # false alarm 1e-4
+    assert abs(math.log(found / (corner * ANGLE))) < 4.0 * sd + 1e-3
+    near = filters_near(kind, found, sd, log_likelihood)
+    assert all(each.log_prior < math.log(kind.prior) for each in near)
+    assert 1 <= len(near) <= 5
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_record_that_has_gone_through_none_has_none(order: int, rng: np.random.Generator) -> None:
+    signal = SWING @ [1.0, 0.2] + NOISE * rng.standard_normal(SAMPLES)
+    assert likely_high_passes(signal, KNOWN, SWING, ANGLE, order) == []
+    found = likely_high_passes(behind(0.1, order, rng), KNOWN, SWING, ANGLE, order)
+    assert sum(share for share, _ in found) == pytest.approx(1.0)
+    assert found[0][0] == max(share for share, _ in found)
+    assert found[0][1].name.startswith("an AC coupling")
+
+
+def test_an_acceleration_or_a_short_record_is_left_to_the_spectra(rng: np.random.Generator) -> None:
+    signal = behind(0.1, 0, rng)
+    assert likely_high_passes(signal, KNOWN, SWING, ANGLE, 2) == []
+    assert likely_high_passes(signal[:70], KNOWN[:70], SWING[:70], ANGLE, 0) == []
