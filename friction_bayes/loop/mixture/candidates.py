@@ -18,7 +18,7 @@ from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
-from friction_bayes.loop.checks.forecast import Forecast, forecast, forecast_errors
+from friction_bayes.loop.checks.forecast import forecast, forecast_errors
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import two_witnesses
@@ -41,7 +41,7 @@ from friction_bayes.loop.report.effect_summaries import (
 )
 from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
 from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
-from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.report.result import Forecast, RecordTrace
 from friction_bayes.loop.report.verdict import ADDED, credible_count
 from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
