@@ -85,7 +85,7 @@ class AddedForces(NamedTuple):
 def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     """Whitened forces, shape (nodes, f), with the best law projected out."""
     best = fit.posterior.best
-    law = np.flatnonzero(fit.sets.columns[fit.chosen])
+    law = np.flatnonzero(fit.regression.sets[fit.chosen])
     # the force itself at the samples: the mean over the nodes of the interval before
     at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
     if np.any(fit.row[..., 2]):

@@ -158,9 +158,7 @@ def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:
     for forced in (False, True):
         points = (first.posterior.ratio > 0.0) == forced
         of_first, of_whole = (_of_effects(fit, forced=forced) for fit in (first, whole))
-        weight[points] *= [
-            of_whole[names] / max(of_first[names], LEAST_PROBABILITY) for names in first.sets.effects
-        ]
+        weight[points] *= [of_whole[names] / max(of_first[names], LEAST_PROBABILITY) for names in first.sets]
     return weight / weight.sum() if weight.max() > LEAST_PROBABILITY else None
 
 
@@ -168,7 +166,7 @@ def _of_effects(fit: ForceFit, *, forced: bool) -> defaultdict[frozenset[str], f
     """Probability of each possible set of effects, with a random force or without."""
     probabilities: defaultdict[frozenset[str], float] = defaultdict(float)
     shares = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0) * ~fit.impossible
-    for names, share in zip(fit.sets.effects, shares.tolist(), strict=True):
+    for names, share in zip(fit.sets, shares.tolist(), strict=True):
         probabilities[names] += share
     return probabilities
 
@@ -193,7 +191,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
 def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
     """Signal, displacement and velocity of one draw's law from a state on, shape (3, n)."""
     fit = draws.fit
-    names = fit.sets.effects[draws.chosen[k]] - set(OF_LINES)
+    names = fit.sets[draws.chosen[k]] - set(OF_LINES)
     only = np.zeros(draws.friction.size, dtype=bool)
     only[k] = True
     values = {

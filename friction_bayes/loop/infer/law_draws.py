@@ -79,7 +79,7 @@ class LawDraws:
         # a series that is cut short has nothing beyond
         found: defaultdict[str, Array] = defaultdict(lambda: np.zeros(chosen.size))
         having = np.zeros(chosen.size, np.bool_)
-        held = self.fit.sets.columns[self.chosen]
+        held = self.fit.regression.sets[self.chosen]
         own = [j for j, column in enumerate(law.columns) if column.effect == effect]
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
@@ -94,7 +94,7 @@ class LawDraws:
     def lines(self, effect: str, chosen: Mask) -> list[dict[str, Array]]:
         """Parameters of each line of an effect, as :meth:`parameters` has those of the strongest."""
         law = self.fit.law
-        held = self.fit.sets.columns[self.chosen]
+        held = self.fit.regression.sets[self.chosen]
         found: dict[Line, list[int]] = {}
         for j, column in enumerate(law.columns):
             if column.line is not None and column.effect == effect:

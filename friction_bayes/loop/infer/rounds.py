@@ -171,7 +171,7 @@ class Round:
     @property
     def acting(self) -> frozenset[str]:
         """Effects of its most probable law."""
-        return self.found.sets.effects[self._best.chosen]
+        return self.found.sets[self._best.chosen]
 
     @cached_property
     def leaves_white(self) -> bool:

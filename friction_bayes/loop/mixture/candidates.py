@@ -100,7 +100,7 @@ class Candidates:
     def evaluated(self) -> frozenset[str]:
         """Effects that the sets are of: of the law, of the kinds of noise, and a random force."""
         forced = {RANDOM_FORCE.name} if self.cells.forced.any() else set[str]()
-        return frozenset(forced).union(*self.fit.sets.effects, *self.cells.noises)
+        return frozenset(forced).union(*self.fit.sets, *self.cells.noises)
 
     @property
     def _weight(self) -> Array:
@@ -431,7 +431,7 @@ def candidates_of(
 
 def _trail(fit: LawFit) -> Iterator[str]:
     """How the candidates were found."""
-    sets = f"{len(fit.sets.effects)} sets of effects evaluated"
+    sets = f"{len(fit.sets)} sets of effects evaluated"
     if not fit.one:
         yield f"along the measured motions: {sets} on {len(fit.alone)} records together"
         return

@@ -328,7 +328,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     mine = chosen & (draws.chosen == shape)
     if np.count_nonzero(mine) < 2:
         return None
-    names = fit.sets.effects[shape]
+    names = fit.sets[shape]
     model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
     declared = fit.w0 / fit.record.system.natural_frequency
     change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
