@@ -88,7 +88,7 @@ def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     law = np.flatnonzero(fit.regression.sets[fit.chosen])
     # the force itself at the samples: the mean over the nodes of the interval before
     at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
-    if np.any(fit.row[..., 2]):
+    if np.any(fit.regression.row[..., 2]):
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
     of_law = fit.law.sensor[:, law] * fit.law.scale[law]

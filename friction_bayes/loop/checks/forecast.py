@@ -181,7 +181,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
         laws = draws.coefficients[mine].T
         point = fit.posterior.points[at]
         residuals = regression.target[:, None] - regression.columns @ laws
-        smoothed, covariance = smooth(residuals, fit.clock, fit.row, point.ratio, point.tau)
+        smoothed, covariance = smooth(residuals, fit.clock, regression.row, point.ratio, point.tau)
         states[mine] = smoothed[-1, :3].T
         states[mine, :2] += (regression.states[-1] @ laws + regression.known_states[-1][:, None]).T
         spreads[g] = covariance[-1, :3, :3] * point.noise**2

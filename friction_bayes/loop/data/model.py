@@ -112,7 +112,7 @@ class LoopModel:
 
     @cached_property
     def _positions(self) -> dict[tuple[str, str, int], int]:
-        return {c.key: j for j, c in enumerate(self.coordinates)}
+        return {(c.effect, c.name, c.record): j for j, c in enumerate(self.coordinates)}
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -254,7 +254,7 @@ def prediction_derivatives(
     for j, c in enumerate(model.coordinates):
         if c.record not in (SHARED, r):
             continue
-        if c.is_sensor:
+        if isinstance(EFFECTS.get(c.effect), SensorEffect):
             columns[:, j] = _of_sensor(model, z, r, j, base)
         else:
             columns[:, j] = _of_motion(model, z, r, j, _FIRST_STEP if steps is None else steps[j], base)

@@ -191,7 +191,8 @@ def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOpti
         motions = [fit.motion.at_frequency(change) for fit in first.fits]
         about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
         w0 *= change
-        before, scores = records[0].scores, _finer_shapes(first.fits)
+        before, laws = records[0].scores, [fit.coefficients for fit in first.fits]
+        scores = finer_shapes(first.fits, laws, [fit.posterior.best for fit in first.fits])
         records = tuple(replace(record, scores=scores) for record in records)
         along = _along(alone, records, motions, w0, about)
         if _alike(before, scores):
@@ -200,11 +201,6 @@ def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOpti
     probable = {first.sets[i] for i in np.flatnonzero(first.worth_it)}
     kept = np.array([effects in probable for effects in along[0].sets])
     return _evaluated(alone, along, spreads, varying=varying, kept=kept)
-
-
-def _finer_shapes(fits: Sequence[ForceFit]) -> dict[str, tuple[float, ...]]:
-    """Values at which the shapes of the common law are evaluated next."""
-    return finer_shapes(fits, [fit.coefficients for fit in fits], [fit.posterior.best for fit in fits])
 
 
 def _alike(before: dict[str, tuple[float, ...]], after: dict[str, tuple[float, ...]]) -> bool:

@@ -156,8 +156,11 @@ def paper_procedure(
     shares: dict[str, float] = {}
     last = friction
     for source, clock in (("effects", fine), ("coarse_sampling", moving)):
+        predicted = model.predict_at(z, 0, clock)
+        if predicted is None:
+            continue
         try:
-            read = _read_off(model, clock, _predicted(model, z, clock)).mean
+            read = _read_off(model, clock, predicted.signal).mean
         except InputError:
             continue
         shares[source] = read - last
@@ -195,10 +198,3 @@ def _read_off(model: LoopModel, time: Array, values: Array) -> Summary:
         warnings.simplefilter("ignore", RecordWarning)
         estimated = estimate(record, model.system, method=_METHOD)
     return Summary.of_distribution(estimated.friction, estimated.friction_unit)
-
-
-def _predicted(model: LoopModel, z: Array, time: Array) -> Array:
-    prediction = model.predict_at(z, 0, time)
-    if prediction is None:
-        raise InputError("prediction", "does not stay finite", "look at the fit")
-    return prediction.signal
