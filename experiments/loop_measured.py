@@ -103,7 +103,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     except fb.InputError as error:
         return empty | {"refused": str(error)}
     fields, error = report.to_dict(), report.held_out_error
-    left, force, ahead = fields["left"], fields["random_force"] or {}, report.traces[0].forecast
+    left, force, ahead = fields["left"], fields["random_force"] or {}, report.traces[0].forecasts
     low, high = fields["friction_after"]["interval90"]
     step = fields["noise"]["step"]
     numbers = {
@@ -117,9 +117,9 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "dry_friction_upper": fields["dry_friction"]["upper95"],
         "held_out_before": error["before"],
         "held_out_after": error["after"],
-        "held_out_expected": None if ahead is None else float(np.sqrt(np.mean(ahead.sd**2))),
+        "held_out_expected": None if ahead is None else float(np.sqrt(np.mean(ahead[1].sd ** 2))),
         "inside90": fields["held_out_error"]["inside90"],
-        "held_out_samples": 0 if ahead is None else ahead.time.size,
+        "held_out_samples": 0 if ahead is None else ahead[1].time.size,
         "noise_floor": error["noise_floor"],
         "rms_before": fields["residual"]["before"]["rms"],
         "rms_after": fields["residual"]["after"]["rms"],

@@ -24,8 +24,8 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     frequency about the declared one, and has the samples at rest too, which carry no information on the
     law: they change both alike.
     """
-    rubs = fit.sets.columns[:, fit.law.frictions].any(axis=1)
-    mine = rubs & np.array([names == effects for names in fit.sets.effects])
+    rubs = fit.regression.sets[:, fit.law.frictions].any(axis=1)
+    mine = rubs & np.array([names == effects for names in fit.sets])
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
     if not np.all(np.isfinite(alone.coefficients)):
         # next to other sets without a force it cannot matter, so that its law was not looked at
@@ -34,7 +34,8 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     # shapes taken about the best represent a part of their prior, which an evidence has whole
     masses = {c.shape: math.prod(s.weight for s in c.shape) for c in fit.law.columns if c.effect in effects}
     part = sum(mass for shape, mass in masses.items() if shape and shape[0].score != 0.0) or 1.0
-    weight, prior = logsumexp(point.found.log_weight), logsumexp(fit.sets.log_prior[mine]) - math.log(part)
+    weight = logsumexp(point.found.log_weight)
+    prior = logsumexp(fit.regression.log_prior[mine]) - math.log(part)
     noise, n = fit.sensor_noise, int(np.count_nonzero(fit.clock.used))
     # the stiffness is corrected about what the record shows, in units of half as much frequency
     unit = 0.5 * settings.SETTINGS.stiffness_sd / settings.SETTINGS.frequency_sd

@@ -192,5 +192,5 @@ def fitted(record: xr.DataArray, effects: Sequence[str], system: fb.Oscillator =
 
 def probability_of(fit: ForceFit, name: str) -> float:
     """Probability that an effect of the law acts."""
-    inside = np.array([name in names for names in fit.sets.effects])
+    inside = np.array([name in names for names in fit.sets])
     return float(fit.posterior.weight[:, inside].sum())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -497,34 +497,27 @@ def _going_on(values: Array, unit: str, seen: Extremes) -> tuple[Array, Mask]:
 
 def _set_aside(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask, dict[int, Indices]]:
     """Rows without dropouts and excursions, which those were in, and the dropouts' samples by row."""
-    values, dropouts = _without_dropouts(values, angle, seen)
-    values, mended = _without_excursions(values, angle, extremes(values) if dropouts else seen)
-    mended[list(dropouts)] = True
+    # without repeats, which are sooner seen, there are no dropouts
+    repeating = [row for row in np.flatnonzero(seen.finite).tolist() if has_repeats(values[row])]
+    values, dropouts = _mended(values, repeating, partial(without_dropouts, angle=angle))
+    possible = np.flatnonzero(excursions_possible(extremes(values) if dropouts else seen)).tolist()
+    values, excursions = _mended(values, possible, partial(without_excursions, angle=angle))
+    mended = np.zeros(len(values), dtype=np.bool_)
+    mended[[*dropouts, *excursions]] = True
     return values, mended, dropouts
 
 
-def _without_dropouts(values: Array, angle: float, seen: Extremes) -> tuple[Array, dict[int, Indices]]:
-    """Rows in which dropouts are replaced, and which samples those are, by row."""
-    mended, dropouts = values, {}
-    for row in np.flatnonzero(seen.finite).tolist():
-        if has_repeats(values[row]):
-            own, dropped = without_dropouts(values[row], angle)
-            if dropped.size:
-                mended = values.copy() if mended is values else mended
-                mended[row], dropouts[row] = own, dropped
-    return mended, dropouts
-
-
-def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask]:
-    """Rows in which isolated excursions are replaced, and which; those that are not finite as they are."""
-    which = np.zeros(len(values), dtype=np.bool_)
-    mended = values
-    for row in np.flatnonzero(excursions_possible(seen)).tolist():
-        own, stray = without_excursions(values[row], angle)
-        if stray.size:
-            mended = values.copy() if mended is values else mended
-            mended[row], which[row] = own, True
-    return mended, which
+def _mended(
+    values: Array, rows: Sequence[int], mend: Callable[[Array], tuple[Array, Indices]]
+) -> tuple[Array, dict[int, Indices]]:
+    """Rows some of which may have samples replaced, and which samples those are, by row."""
+    found, replaced = values, {}
+    for row in rows:
+        own, samples = mend(values[row])
+        if samples.size:
+            found = values.copy() if found is values else found
+            found[row], replaced[row] = own, samples
+    return found, replaced
 
 
 def _friction(

@@ -53,16 +53,8 @@ class NormalGammaEstimator(TabulatedPrior):
         """Closed-form posterior; what ``prior`` leaves out is the default."""
         before = NormalGamma(**complete_prior(self.name, self.default_prior(decay), prior))
         samples = friction_samples(decay, peaks)
-        posterior = before.update(samples)
-        return _fit(
-            decay,
-            posterior,
-            samples,
-            peaks,
-            build_target=partial(normal_gamma_target, before, samples),
-            precision=posterior.precision,
-            notes=(_TELESCOPING,) if samples.size > 1 else (_PRIOR_WIDTH,),
-        )
+        note = _TELESCOPING if samples.size > 1 else _PRIOR_WIDTH
+        return _fit(decay, before, samples, peaks, normal_gamma_target, (note,))
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
@@ -87,22 +79,13 @@ class GammaExponentialEstimator(TabulatedPrior):
         """Closed-form posterior; what ``prior`` leaves out is the default."""
         before = GammaExponential(**complete_prior(self.name, self.default_prior(decay), prior))
         samples = friction_samples(decay, peaks)
-        posterior = before.update(samples)
         notes: tuple[str, ...] = (_RATE,)
         if share := negative_share(samples):
             notes += (
                 f"{100.0 * share:.0f} % of the friction samples are negative, where an exponential "
                 "likelihood is zero: the formal likelihood in the sum of samples is used",
             )
-        return _fit(
-            decay,
-            posterior,
-            samples,
-            peaks,
-            build_target=partial(gamma_exponential_target, before, samples),
-            precision=None,
-            notes=notes,
-        )
+        return _fit(decay, before, samples, peaks, gamma_exponential_target, notes)
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
@@ -118,15 +101,15 @@ class GammaExponentialEstimator(TabulatedPrior):
 
 def _fit(
     decay: FreeDecay,
-    posterior: NormalGamma | GammaExponential,
+    before: NormalGamma | GammaExponential,
     samples: Array,
     peaks: str,
-    *,
-    build_target: Callable[[], Target],
-    precision: Any,
+    target: Callable[..., Target],
     notes: tuple[str, ...],
 ) -> Fit:
-    """Bring a posterior of the friction force to the unit of the signal."""
+    """The posterior of the friction force, in the unit of the signal."""
+    posterior = before.update(samples)
+    precision = posterior.precision if isinstance(posterior, NormalGamma) else None
     calibrated = decay.unit not in UNCALIBRATED_UNITS
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     force_unit = decay.system.friction_unit if calibrated else decay.unit
@@ -141,7 +124,7 @@ def _fit(
         rest_position=decay.rest_position,
         noise_sd=math.nan,
         prediction=None,
-        build_target=build_target,
+        build_target=partial(target, before, samples),
         notes=notes,
     )
 

@@ -21,25 +21,25 @@ def plot_forecast(trace: RecordTrace) -> Figure:
     Parameters
     ----------
     trace : RecordTrace
-        With a forecast.
+        With forecasts.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    ahead = trace.forecast
-    assert ahead is not None
+    assert trace.forecasts is not None
+    before, ahead = trace.forecasts
     reach = _BAND * ahead.sd
     size = 1.6 if ahead.time.size > 2000 else 3.0
     models = (
-        (ahead.before, {"color": ACCENT, "lw": 1.1, "ls": (0, (4, 2)), "label": "before"}),
-        (ahead.after, {"color": MODEL, "lw": 1.1, "label": "after"}),
+        (before.mean, {"color": ACCENT, "lw": 1.1, "ls": (0, (4, 2)), "label": "before"}),
+        (ahead.mean, {"color": MODEL, "lw": 1.1, "label": "after"}),
     )
     with styled():
         figure = new_figure(9.0, 5.4)
         upper, lower = figure.subplots(2, 1, sharex=True)
         band = {"color": FAINT, "lw": 0.0, "label": "predictive 90 % band"}
-        upper.fill_between(ahead.time, ahead.after - reach, ahead.after + reach, **band)
+        upper.fill_between(ahead.time, ahead.mean - reach, ahead.mean + reach, **band)
         upper.plot(
             ahead.time, ahead.signal, ".", color=DATA, ms=size, mew=0.0, rasterized=True, label="record"
         )
@@ -49,8 +49,8 @@ def plot_forecast(trace: RecordTrace) -> Figure:
             lower.plot(ahead.time, ahead.signal - forecast, **style)
         lower.axhline(0.0, color="#444444", lw=0.6)
         # the Coulomb model may be out of phase: the band and the final model set the scale
-        high = 1.15 * max(float(np.max(np.abs(ahead.signal - ahead.after))), float(np.max(reach)))
-        if float(np.max(np.abs(ahead.signal - ahead.before))) > 4.0 * high:
+        high = 1.15 * max(float(np.max(np.abs(ahead.signal - ahead.mean))), float(np.max(reach)))
+        if float(np.max(np.abs(ahead.signal - before.mean))) > 4.0 * high:
             lower.set_ylim(-high, high)
             caption(lower, "before leaves the panel")
         upper.set_title(f"{trace.name}: held out")

@@ -285,7 +285,7 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         figures[f"signal{suffix}"] = plot_loop_signal(trace)
         figures[f"residual{suffix}"] = plot_loop_residual(trace)
         figures[f"turning_points{suffix}"] = plot_turning_points(trace)
-        if trace.forecast is not None:
+        if trace.forecasts is not None:
             figures[f"forecast{suffix}"] = plot_forecast(trace)
         if trace.fluctuation is not None:
             of_it = trace.name == report.left["record"]

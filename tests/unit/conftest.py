@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from friction_bayes.loop.report.result import FluctuationTrace, ForecastTrace, LoopReport, RecordTrace
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.report.result import FluctuationTrace, Forecast, LoopReport, RecordTrace
 
 
 def summary(mean: float, sd: float, unit: str = "N") -> dict[str, object]:
@@ -23,6 +24,16 @@ def trace(rng: np.random.Generator, name: str = "a record", noise_sd: float = 1e
     after = np.interp(time, turns, size) * np.cos(10.0 * time)
     before = np.interp(time, turns, line) * np.cos(10.0 * time)
     signal = after + rng.normal(0.0, noise_sd, time.size)
+
+    def ahead(by: Array) -> Forecast:
+        return Forecast(
+            time=time[420:],
+            signal=signal[420:],
+            mean=by[420:],
+            sd=np.full(180, noise_sd),
+            free=np.ones(180, np.bool_),
+        )
+
     return RecordTrace(
         name=name,
         unit="m",
@@ -45,13 +56,7 @@ def trace(rng: np.random.Generator, name: str = "a record", noise_sd: float = 1e
             friction=0.5,
             unit="N",
         ),
-        forecast=ForecastTrace(
-            time=time[420:],
-            signal=signal[420:],
-            before=before[420:],
-            after=after[420:],
-            sd=np.full(180, noise_sd),
-        ),
+        forecasts=(ahead(before), ahead(after)),
     )
 
 

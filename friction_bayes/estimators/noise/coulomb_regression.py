@@ -20,7 +20,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -61,13 +60,13 @@ from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import integrate_force
+from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import NEAR_TURN, MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression, frequency_change
-from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.response import at_sensor, response_at_sensor
 from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, first_motion
 from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
@@ -175,14 +174,19 @@ class PlainDecay:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Laid:
-    """A regression along a path, of a derivative of some order, in natural units of a frequency [rad/s]."""
+    """The regression of a decay along a path, in natural units of a frequency [rad/s]."""
 
+    prepared: PreparedDecay
     path: MeasuredPath
     regression: LawRegression
-    order: int
     frequency: float
     filter: RecordingFilter | None = None
     """The filter between the motion and the recording."""
+
+    @property
+    def order(self) -> int:
+        """Order of the derivative measured."""
+        return self.prepared.decay.order
 
     @property
     def unit(self) -> float:
@@ -193,6 +197,11 @@ class Laid:
     def angle(self) -> float:
         """Of the motion, evenly sampled [rad/sample]."""
         return float(self.path.phase[-1] - self.path.phase[0]) / (self.path.phase.size - 1)
+
+    @property
+    def signal(self) -> Array:
+        """The signal in natural units, shape (n,)."""
+        return self.prepared.signal / self.unit
 
     def with_variance(self, variance: Array) -> Laid:
         """The same with relative variances of the samples, shape (n,), infinite where one is left out."""
@@ -206,12 +215,9 @@ class Laid:
         least = max(least, regression.least_noise)
         return replace(self, regression=replace(regression, clock=clock, least_noise=least))
 
-    def behind(self, filter_: RecordingFilter, signal: Array) -> Laid:
-        """The same law behind a filter; ``signal``, shape (n,), in natural units.
-
-        With what the filter has of the time outside the record, and its doubts.
-        """
-        regression, path = self.regression, self.path
+    def behind(self, filter_: RecordingFilter) -> Laid:
+        """The same law behind a filter, with what that has of the time outside the record, and its doubts."""
+        regression, path, signal = self.regression, self.path, self.signal
         n = signal.size
         shown = Through(np.column_stack([regression.columns, signal - regression.target]))(filter_)
         if "rest" in regression.names:
@@ -234,9 +240,7 @@ class Laid:
             .with_variance(np.maximum(regression.clock.variance, inside))
         )
 
-    def with_other_forces(
-        self, decay: PreparedDecay, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False
-    ) -> Laid:
+    def with_other_forces(self, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False) -> Laid:
         """The same under each set of other forces than dry friction, none of them first unless one acts.
 
         Dry friction is not negative then: it would make up for too much of another loss. What rounds corners,
@@ -246,8 +250,8 @@ class Laid:
         regression = self.regression
         few = np.count_nonzero(regression.clock.used) < _least_samples(len(regression.names) + DISTINCT)
         shapes = () if few or self.filter is not None else shapes
-        until = self.frequency * decay.decay.time[-1]
-        added = other_force_columns(self.path, self.regression.row, decay.friction, until, shapes)
+        friction, until = self.prepared.friction, self._until
+        added = other_force_columns(self.path, self.regression.row, friction, until, shapes)
         if self.filter is not None:
             added = added._replace(sensor=Through(added.sensor)(self.filter))
         sets, log_prior = other_force_sets(shaped=bool(shapes))
@@ -270,12 +274,14 @@ class Laid:
         )
         return replace(self, regression=regression)
 
-    def with_drift(self, until: float) -> Laid:
-        """The same without a drift of the sensor's zero, with one along a line, and along a curve.
+    @property
+    def _until(self) -> float:
+        """Phase at the end of the decay."""
+        return float(self.frequency * self.prepared.decay.time[-1])
 
-        The decay lasts ``until`` that phase.
-        """
-        curve = smooth_curve(self.regression.clock.phase, until)
+    def with_drift(self) -> Laid:
+        """The same without a drift of the sensor's zero, with one along a line, and along a curve."""
+        curve = smooth_curve(self.regression.clock.phase, self._until)
         scale = _DRIFT_SHARE * float(np.max(np.hypot(self.path.x, self.path.v))) * CURVE_SDS
         sets = np.array([[False] * CURVE_SDS.size, np.arange(CURVE_SDS.size) == 0, [True] * CURVE_SDS.size])
         log_prior = np.log([1.0 - _DRIFTS, 0.5 * _DRIFTS, 0.5 * _DRIFTS])
@@ -329,9 +335,9 @@ class Laid:
         names, sets = np.array(self.regression.names), self.regression.sets
         return np.column_stack([sets[:, names == name].any(axis=1) for name in FORCES])
 
-    def with_free_corners(self, friction: float) -> Laid:
-        """The same with corners of any shape, for a displacement ``r/k``; natural units."""
-        path, regression = self.path, self.regression
+    def with_free_corners(self) -> Laid:
+        """The same with corners of any shape."""
+        path, regression, friction = self.path, self.regression, self.prepared.friction
         columns, scale = corner_columns(path), corner_scale(path, self.order, friction)
         clock = regression.clock
         if self.order == 2:
@@ -340,6 +346,90 @@ class Laid:
         names = tuple(f"{CORNER}{j}" for j in range(scale.size))
         laid = replace(self, regression=replace(regression, clock=clock))
         return laid._with(AddedColumns.shown(names, columns, scale))
+
+    def best_law_with(self, name: str) -> tuple[float, Array]:
+        """Probability of the sets with a column, and the best law of these, both without a force."""
+        found = self._without_force()
+        having = self.regression.sets[None, :, self.regression.names.index(name)]
+        return float(found.weight[having].sum()), found.among(having).best_law()
+
+    def along_law(self, law: Array, share: float = 1.0) -> Laid:
+        """Regression along the motion under a law of these coefficients, shape (p,), without a force.
+
+        Or along one a ``share`` of the way to it.
+        """
+        regression = self.regression
+        motion, change = regression.motion, frequency_change(law[regression.stiffness])
+        states = motion.states.copy()
+        states[:, :2] += share * (regression.states @ law + regression.known_states - states[:, :2])
+        motion = replace(motion, states=states).at_frequency(change)
+        return self.prepared.along(motion, self.frequency * change)
+
+    def filters_along(self, *, only: str | None = None) -> FoundFilters:
+        """Filters, or only those of one kind, that the samples may have gone through."""
+        regression = self.regression
+        # noise that is mostly rounding, of whatever spectrum, came after any filter
+        if self.prepared.is_rounding or not regression.clock.even:
+            return FoundFilters()
+        signal = np.where(self.prepared.missing, np.nan, self.signal)
+        known = self.signal - regression.target
+        friction = regression.names.index("friction")
+        return filters_along(self.path, self.order, signal, known, regression.columns, friction, only)
+
+    def behind_kind(self, kind: FoundKind) -> list[tuple[float, Laid]]:
+        """Regressions behind filters of a kind, with their probabilities among themselves.
+
+        They go along the motion that the record shows through such a filter; with that motion the size is
+        looked for once more, as the first was found along a motion that was fitted without a filter.
+        """
+        path = self._seen_through(kind.filters[0][1])
+        # at another frequency a record that was just long enough may be too short
+        filters = path.filters_along(only=kind.name).likely or [(1.0, kind.filters[0][1])]
+        path = path._seen_through(filters[0][1])
+        return [(share, path.behind(each)) for share, each in filters]
+
+    def behind_high_passes(self) -> Iterator[tuple[str, list[tuple[RecordingFilter, Laid]]]]:
+        """Kinds of high passes, filters of each of likely corners, and the regressions behind these.
+
+        Like those of :meth:`behind_kind` they go along the motion that the record shows through such a
+        filter. None of an acceleration, in the jumps of which the spectra show them.
+        """
+        even = self.regression.clock.even
+        if self.order == 2 or not even or self.signal.size < 4 * margin(self.angle):
+            return
+        for kind in kinds_for(self.angle, self.order):
+            if not kind.high_pass or kind.sizes.size == 0:
+                continue
+            path, (corner, sd) = self, likeliest_corner(kind, self._motion_behind())
+            for _ in range(_BEHIND_HIGH_PASS):
+                path = path._seen_through(kind.of(corner))
+                corner, sd = likeliest_corner(kind, path._motion_behind())
+            filters = filters_near(kind, corner, sd, path._log_evidence_behind)
+            yield kind.name, [(each, path.behind(each)) for each in filters]
+
+    def _motion_behind(self) -> Likelihood:
+        """Log likelihood of the motion and its dry friction behind a filter."""
+        regression = self.regression
+        moving = np.array([name in _OF_MOTION for name in regression.names])
+        signal = np.where(regression.clock.used, self.signal, np.nan)
+        known = self.signal - regression.target
+        return likelihood_behind(signal, known, regression.columns[:, moving], self.angle)
+
+    def _log_evidence_behind(self, filter_: RecordingFilter | None) -> float:
+        """Of the law without a random force, behind a filter or none."""
+        behind = self if filter_ is None else self.behind(filter_)
+        return behind._without_force().log_evidence
+
+    def _without_force(self) -> Posterior:
+        return integrate_force(Problem.of(self.regression), self.prepared.prior.without_force)
+
+    def _seen_through(self, filter_: RecordingFilter) -> Laid:
+        """Regression along the motion that explains the record best behind a filter."""
+        behind = self.behind(filter_)
+        found = behind._without_force()
+        motion = behind.regression.motion.of_noise(found.noise_sd)
+        behind = replace(behind, regression=replace(behind.regression, motion=motion))
+        return behind.along_law(found.best_law())
 
 
 class PreparedDecay:
@@ -357,11 +447,15 @@ class PreparedDecay:
         Displacement ``r/k`` that was fitted, in natural units of the frequency that was fitted.
     prior : ForcePrior
         Of a random force.
+    is_rounding : bool
+        Whether the noise is mostly that of rounding.
+    missing : ndarray of bool, shape (n,)
+        Which samples are the fitted signal's, of no weight.
     """
 
     def __init__(self, decay: PlainDecay) -> None:
         rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
-        self._is_rounding = 2.0 * rounding**2 > decay.noise_sd**2
+        self.is_rounding = 2.0 * rounding**2 > decay.noise_sd**2
         self.decay = decay = _on_even_grid(decay)
         block = decay.block
         whole = ~torn_blocks(decay.time, block)
@@ -372,10 +466,10 @@ class PreparedDecay:
         self.friction = max(decay.coefficient / unit, 1e-6 * amplitude)
         n = max(_surely_sliding(states, self.friction, decay.frequency * decay.step * block), 0)
         signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
-        self._missing = np.isnan(signal)
+        self.missing = np.isnan(signal)
         # of no weight: the signal of the fitted motion
         about = unit * np.array([states[:n, 0], states[:n, 1], -states[:n, 0]][decay.order])
-        self.signal = np.where(self._missing, about, signal)
+        self.signal = np.where(self.missing, about, signal)
         self.time = (time - time[0])[:n]
         self.prior = ForcePrior(centre=_CENTRE * self.friction)
         self._states = states[:n]
@@ -383,31 +477,10 @@ class PreparedDecay:
         # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
         self._least_noise = max(rounding, MOTION_KNOWN_TO * decay.amplitude) / math.sqrt(block)
 
-    def natural(self, laid: Laid) -> Array:
-        """The signal in the natural units of a regression, shape (n,)."""
-        return self.signal / laid.unit
-
     @property
     def noise_unit(self) -> float:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
-
-    def best_law_with(self, laid: Laid, name: str) -> tuple[float, Array]:
-        """Probability of the sets with a column, and the best law of these, both without a force."""
-        found = integrate_force(Problem.of(laid.regression), self.prior.without_force)
-        having = laid.regression.sets[None, :, laid.regression.names.index(name)]
-        return float(found.weight[having].sum()), found.among(having).best_law()
-
-    def filters_along(self, laid: Laid, *, only: str | None = None) -> FoundFilters:
-        """Filters, or only those of one kind, that the samples may have gone through."""
-        regression = laid.regression
-        # noise that is mostly rounding, of whatever spectrum, came after any filter
-        if self._is_rounding or not regression.clock.even:
-            return FoundFilters()
-        signal = np.where(self._missing, np.nan, self.natural(laid))
-        known = self.natural(laid) - regression.target
-        friction = regression.names.index("friction")
-        return filters_along(laid.path, laid.order, signal, known, regression.columns, friction, only)
 
     def along_fit(self) -> Laid:
         """Regression along the trajectory that was fitted."""
@@ -421,77 +494,14 @@ class PreparedDecay:
             force_sd=0.0,
             tau=1.0,
         )
-        return self._along(motion, decay.frequency)
-
-    def behind(self, kind: FoundKind, laid: Laid) -> list[tuple[float, Laid]]:
-        """Regressions behind filters of a kind, with their probabilities among themselves.
-
-        They go along the motion that the record shows through such a filter; with that motion the size is
-        looked for once more, as the first was found along a motion that was fitted without a filter.
-        """
-        path = self._seen_through(kind.filters[0][1], laid)
-        # at another frequency a record that was just long enough may be too short
-        filters = self.filters_along(path, only=kind.name).likely or [(1.0, kind.filters[0][1])]
-        path = self._seen_through(filters[0][1], path)
-        return [(share, path.behind(each, self.natural(path))) for share, each in filters]
-
-    def behind_high_passes(self, laid: Laid) -> Iterator[tuple[str, list[tuple[RecordingFilter, Laid]]]]:
-        """Kinds of high passes, filters of each of likely corners, and the regressions behind these.
-
-        Like those of :meth:`behind` they go along the motion that the record shows through such a filter.
-        None of an acceleration, in the jumps of which the spectra show them.
-        """
-        even = laid.regression.clock.even
-        if laid.order == 2 or not even or self.signal.size < 4 * margin(laid.angle):
-            return
-        for kind in kinds_for(laid.angle, laid.order):
-            if not kind.high_pass or kind.sizes.size == 0:
-                continue
-            path, (corner, sd) = laid, likeliest_corner(kind, self._motion_behind(laid))
-            for _ in range(_BEHIND_HIGH_PASS):
-                path = self._seen_through(kind.of(corner), path)
-                corner, sd = likeliest_corner(kind, self._motion_behind(path))
-            filters = filters_near(kind, corner, sd, partial(self._log_evidence_behind, path))
-            yield kind.name, [(each, path.behind(each, self.natural(path))) for each in filters]
-
-    def _motion_behind(self, laid: Laid) -> Likelihood:
-        """Log likelihood of the motion and its dry friction behind a filter."""
-        regression = laid.regression
-        moving = np.array([name in _OF_MOTION for name in regression.names])
-        signal = np.where(regression.clock.used, self.natural(laid), np.nan)
-        known = self.natural(laid) - regression.target
-        return likelihood_behind(signal, known, regression.columns[:, moving], laid.angle)
-
-    def _log_evidence_behind(self, laid: Laid, filter_: RecordingFilter | None) -> float:
-        """Of a law without a random force, behind a filter or none."""
-        behind = laid if filter_ is None else laid.behind(filter_, self.natural(laid))
-        return integrate_force(Problem.of(behind.regression), self.prior.without_force).log_evidence
-
-    def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
-        """Regression along the motion that explains the record best behind a filter."""
-        behind = laid.behind(filter_, self.natural(laid))
-        found = integrate_force(Problem.of(behind.regression), self.prior.without_force)
-        motion = behind.regression.motion.of_noise(found.noise_sd)
-        behind = replace(behind, regression=replace(behind.regression, motion=motion))
-        return self.along_law(behind, found.best_law())
-
-    def along_law(self, laid: Laid, law: Array, share: float = 1.0) -> Laid:
-        """Regression along the motion under a law of these coefficients, shape (p,), without a force.
-
-        Or along one a ``share`` of the way to it.
-        """
-        regression = laid.regression
-        motion, change = regression.motion, frequency_change(law[regression.stiffness])
-        states = motion.states.copy()
-        states[:, :2] += share * (regression.states @ law + regression.known_states - states[:, :2])
-        return self._along(replace(motion, states=states).at_frequency(change), laid.frequency * change)
+        return self.along(motion, decay.frequency)
 
     def along_smoothed(self) -> Laid:
         """Regression along the motion smoothed under a random force, in natural units of its frequency."""
         decay, frequency = self.decay, self.decay.frequency
-        clock = Clock.of(frequency * self.time, np.where(self._missing, np.inf, 1.0))
+        clock = Clock.of(frequency * self.time, np.where(self.missing, np.inf, 1.0))
         motion = first_motion(self.signal / frequency**decay.order, clock, sensor_row(decay.order))
-        laid = self._along(motion, frequency)
+        laid = self.along(motion, frequency)
         for _ in range(_MOST_ROUNDS):
             regression = laid.regression
             guessed = integrate_force(Problem.of(regression), self.prior, only_mode=True)
@@ -499,23 +509,20 @@ class PreparedDecay:
             change = frequency_change(law[regression.stiffness])
             frequency *= change
             motion = regression.smoothed(law, guessed.best).at_frequency(change)
-            last, laid = laid.path, self._along(motion, frequency)
+            last, laid = laid.path, self.along(motion, frequency)
             if last.serves(laid.path.x, self.prior.centre):
                 break
         return laid
 
-    def _along(self, motion: SmoothedMotion, frequency: float) -> Laid:
+    def along(self, motion: SmoothedMotion, frequency: float) -> Laid:
+        """Regression along a motion in natural units of a frequency [rad/s]."""
         decay, unit = self.decay, frequency**self.decay.order
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum)
-        variance = np.where(self._missing, np.inf, _relative_variance(path, decay.order))
+        variance = np.where(self.missing, np.inf, _relative_variance(path, decay.order))
         regression = _regression(self.signal / unit, path, variance, motion, self.friction, decay)
-        return Laid(
-            path=path,
-            regression=replace(regression, least_noise=self._least_noise / unit),
-            order=decay.order,
-            frequency=frequency,
-        )
+        regression = replace(regression, least_noise=self._least_noise / unit)
+        return Laid(prepared=self, path=path, regression=regression, frequency=frequency)
 
 
 def _least_samples(coefficients: int) -> int:
@@ -596,8 +603,9 @@ def _regression(
         restoring = path.restoring(x)
         return np.stack([-direction, -restoring, stiffness * x - restoring], axis=1)
 
-    states = force_response(path, forces(path.node_x, path.direction, path.stiffness[path.interval]))
-    answered = at_sensor(states, row, forces(path.x, path.expected_direction, path.slope))
+    at_nodes = forces(path.node_x, path.direction, path.stiffness[path.interval])
+    at_samples = forces(path.x, path.expected_direction, path.slope)
+    states, answered = response_at_sensor(path, row, at_nodes, at_samples)
     start = initial_response(path.phase, path.stiffness)
     columns = np.column_stack([at_sensor(start, row), answered[:, :2]])
     known = states[:, :, 2]

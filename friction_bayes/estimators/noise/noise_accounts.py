@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -49,7 +49,6 @@ from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
-from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import shown, smooth
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression, frequency_change
@@ -88,27 +87,53 @@ _SAME = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class _Evaluated:
-    """A regression along a path with its posterior, or the part of that with a force, or without."""
+class NoiseAccount:
+    """An account of the residual: a regression along a path with its posterior, or a part of that.
+
+    The part is that with a random force, or without. Its posterior in units of the signal is computed when it
+    is first read.
+
+    Attributes
+    ----------
+    laid : Laid
+    posterior : Posterior
+    weaker_above : bool
+        Whether white noise represents noise that is weaker far above the motion's frequency.
+    unlisted : float or None
+        Gain of a filter that is not listed, over that of ``filter`` which it resembles.
+    probability : float
+        Of this account; not a number until it is compared with all others.
+    coefficient : Mixture
+        Friction coefficient ``u`` of the signal.
+    frequency, frequency_sd : float
+        [rad/s].
+    noise_sd : float
+        Of a sample.
+    sd, correlation_time : frozen scipy.stats distribution
+        Of the random force, in the unit of ``coefficient`` and [s]; of an account with one.
+    innovations : Whiteness
+        Of the whitened residuals at the most probable random force.
+    """
 
     laid: Laid = field(repr=False)
     posterior: Posterior = field(repr=False)
-    prior: ForcePrior = field(repr=False)
-    log_prior: float = field(repr=False)
     weaker_above: bool = False
+    unlisted: float | None = None
+    probability: float = math.nan
 
     @property
     def log_evidence(self) -> float:
         """Of the record in the unit of its signal, up to what all accounts share."""
         clock = self.laid.regression.clock
         samples = int(np.count_nonzero(clock.used))
-        value = self.log_prior + self.posterior.log_evidence - samples * math.log(self.laid.unit)
+        log_prior = 0.0 if self.forced else math.log(self.laid.prepared.prior.none)
+        value = log_prior + self.posterior.log_evidence - samples * math.log(self.laid.unit)
         colour = clock.autoregression
         return value if colour is None else value - colour.penalty
 
-    def along(self, laid: Laid) -> _Evaluated:
+    def along(self, laid: Laid) -> NoiseAccount:
         """The same account along a path, or under another noise."""
-        return _evaluated(laid, self.prior, self.log_prior, forced=self.forced)
+        return _evaluated(laid, forced=self.forced)
 
     @property
     def forced(self) -> bool:
@@ -117,6 +142,7 @@ class _Evaluated:
 
     @property
     def coloured(self) -> bool:
+        """Whether the noise is coloured."""
         return self.laid.regression.clock.autoregression is not None
 
     @property
@@ -126,10 +152,12 @@ class _Evaluated:
 
     @property
     def free_corners(self) -> bool:
+        """Whether the corners of the motion may have any shape."""
         return self.laid.has_free_corners
 
     @property
     def filter(self) -> RecordingFilter | None:
+        """Behind which the sensor shows the motion; the coefficient is that of the motion before it."""
         return self.laid.filter
 
     @property
@@ -196,43 +224,6 @@ class _Evaluated:
         used = clock.used
         index = np.arange(used.size)
         return np.interp(index, index[used], left[used])
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class NoiseAccount(_Evaluated):
-    """An account of the residual, its posterior in units of the signal computed when it is first read.
-
-    Attributes
-    ----------
-    coloured, forced : bool
-        Whether the noise is coloured, and whether there is a random force.
-    weaker_above : bool
-        Whether white noise represents noise that is weaker far above the motion's frequency.
-    free_corners : bool
-        Whether the corners of the motion may have any shape.
-    others : dict
-        Probability of each other force than dry friction, by its name; empty where there is none.
-    filter : RecordingFilter or None
-        Behind which the sensor shows the motion; the coefficient is that of the motion before it.
-    unlisted : float or None
-        Gain of a filter that is not listed, over that of ``filter`` which it resembles.
-    probability : float
-        Of this account.
-    coefficient : Mixture
-        Friction coefficient ``u`` of the signal.
-    frequency, frequency_sd : float
-        [rad/s].
-    noise_sd : float
-        Of a sample.
-    sd, correlation_time : frozen scipy.stats distribution
-        Of the random force, in the unit of ``coefficient`` and [s]; of an account with one.
-    innovations : Whiteness
-        Of the whitened residuals at the most probable random force.
-    """
-
-    prepared: PreparedDecay = field(repr=False)
-    probability: float
-    unlisted: float | None = None
 
     @cached_property
     def other_loss(self) -> UnevenLoss | None:
@@ -308,7 +299,9 @@ class NoiseAccount(_Evaluated):
         if self.others:
             # of several sets the noise is taken as found
             return self.posterior
-        return over_noise(_apart(self.laid.regression), self.posterior, self.prior)
+        prior = self.laid.prepared.prior
+        used = prior if self.forced else prior.without_force
+        return over_noise(_apart(self.laid.regression), self.posterior, used)
 
     @cached_property
     def _stiffness(self) -> Mixture:
@@ -325,7 +318,7 @@ class NoiseAccount(_Evaluated):
     @property
     def _unit(self) -> float:
         # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
-        unit = self.laid.frequency**2 * self.frequency ** (self.prepared.decay.order - 2)
+        unit = self.laid.frequency**2 * self.frequency ** (self.laid.prepared.decay.order - 2)
         return unit if self.unlisted is None else unit / self.unlisted
 
     @cached_property
@@ -339,14 +332,14 @@ class NoiseAccount(_Evaluated):
     @property
     def _noise_unit(self) -> float:
         # of a sample, where the regression has means of blocks
-        return self.laid.unit * math.sqrt(self.prepared.decay.block)
+        return self.laid.unit * math.sqrt(self.laid.prepared.decay.block)
 
     def prediction(self, fitted: Array, time: Array) -> Array:
         """Signal under the law, at the samples of one that was ``fitted``, shape (n,) both.
 
         It is the fitted one where the mass may stick. ``time`` is from the first sample [s].
         """
-        prepared, laid = self.prepared, self.laid
+        laid, prepared = self.laid, self.laid.prepared
         regression, order = laid.regression, laid.order
         law = laid.unit * (regression.columns @ self.posterior.best_law() - regression.target)
         law += prepared.signal
@@ -422,9 +415,9 @@ class NoiseAccount(_Evaluated):
 
         return law_target(
             problem,
-            self.prepared.prior if forced else None,
+            self.laid.prepared.prior if forced else None,
             natural=natural,
-            signals=[self.prepared.signal + self.prepared.decay.rest_position],
+            signals=[self.laid.prepared.signal + self.laid.prepared.decay.rest_position],
             unit=laid.unit,
         )
 
@@ -440,18 +433,12 @@ class RecordEvidence(NamedTuple):
         Sd of the noise of the most probable account.
     log_density : float
         Of these samples, averaged over the accounts.
-    order : int
-        Derivative of the displacement that is measured.
-    frequency : float
-        Of the most probable account [rad/s].
     """
 
     time: Array
     signal: Array
     noise: float
     log_density: float
-    order: int
-    frequency: float
 
     def log_density_over(self, unit: float) -> float:
         """Log density of the samples in a unit."""
@@ -461,7 +448,7 @@ class RecordEvidence(NamedTuple):
 def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
     """Evidence of a record from its accounts, which are behind no filter."""
     best = max(accounts, key=lambda account: account.probability)
-    prepared, laid = best.prepared, best.laid
+    prepared, laid = best.laid.prepared, best.laid
     used = laid.regression.clock.used
     n = np.count_nonzero(used)
     # accounts compare without what all have of the integral over the noise
@@ -471,8 +458,6 @@ def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
         signal=prepared.signal[used],
         noise=best.posterior.noise_sd * laid.unit,
         log_density=best.log_evidence - math.log(best.probability) + shared,
-        order=prepared.decay.order,
-        frequency=laid.frequency,
     )
 
 
@@ -490,106 +475,99 @@ class NoiseAccounts:
         """
         if not self._decay.usable or self._prepared.signal.size < LEAST_SAMPLES:
             return ()
-        return self._named(self._found)
+        return self._with_both(self._unfiltered.accounts)
 
     @cached_property
     def all(self) -> tuple[NoiseAccount, ...]:
         """The same and those behind filters, with their probabilities."""
         if not self.behind_none or self.behind_none[0].probability >= 1.0 - SLIGHT:
             return self.behind_none
-        behind = _behind(self._prepared, self._evaluated, spectra=not self._white_noise_explains)
+        behind = _behind(self._unfiltered)
         if not behind:
             return self.behind_none
-        rest = 1.0 - sum(each.value for each in behind)
-        return self._named([*(each._replace(value=each.value * rest) for each in self._found), *behind])
+        rest = 1.0 - _total(behind)
+        none = [replace(each, probability=each.probability * rest) for each in self._unfiltered.accounts]
+        return self._with_both([*none, *behind])
 
     @cached_property
     def _prepared(self) -> PreparedDecay:
         return PreparedDecay(self._decay)
 
     @cached_property
-    def _evaluated(self) -> _Unfiltered:
+    def _unfiltered(self) -> _Unfiltered:
         return _behind_no_filter(self._prepared)
 
-    @property
-    def _found(self) -> list[_Found]:
-        return [_Found(part, share) for part, share in self._evaluated.shares]
-
-    @property
-    def _white_noise_explains(self) -> bool:
-        return _white_noise_explains(self._evaluated.shares)
-
-    def _named(self, found: Sequence[_Found]) -> tuple[NoiseAccount, ...]:
-        """Accounts of what was found, and one of other forces with a random one where either is needed."""
-        if not self._white_noise_explains:
-            found = _with_both(self._prepared, found)
-        return tuple(each.account(self._prepared) for each in found)
+    def _with_both(self, found: Sequence[NoiseAccount]) -> tuple[NoiseAccount, ...]:
+        """What was found, and an account of other forces with a random one where either is needed."""
+        return tuple(found if self._unfiltered.explained else _with_both(found))
 
 
 class _Unfiltered(NamedTuple):
-    """The law along the fit, and accounts behind no filter with their probabilities.
+    """The law along the fit, and the accounts behind no filter with their probabilities.
 
     ``log_evidence`` is of all of them, the noise as it is.
     """
 
     laid: Laid
-    shares: Sequence[tuple[_Evaluated, float]]
+    accounts: Sequence[NoiseAccount]
     log_evidence: float
+
+    @property
+    def explained(self) -> bool:
+        """Whether white noise alone explains the record, and corners as dry friction makes them.
+
+        Then no spectrum is compared: a filter would have coloured the noise or removed the corners.
+        """
+        law, any_shape = (
+            sum(
+                each.probability
+                for each in self.accounts
+                if each.of_white_noise and not each.forced and each.free_corners == free
+            )
+            for free in (False, True)
+        )
+        return (law + any_shape if law >= any_shape else law) >= 1.0 - SLIGHT
 
 
 def _behind_no_filter(prepared: PreparedDecay) -> _Unfiltered:
     """The accounts behind no filter."""
     fit = prepared.along_fit()
-    shapes = _under_white_noise(prepared, fit)
+    shapes = _under_white_noise(fit)
     if _of_force(shapes) > _SHIFTS_PATH:
         smoothed = prepared.along_smoothed()
         # evidences compare where they are of the same samples
         variance = np.maximum(fit.regression.clock.variance, smoothed.regression.clock.variance)
         if np.any(variance > fit.regression.clock.variance):
             fit = fit.with_variance(variance)
-            shapes = _under_white_noise(prepared, fit)
-        shapes = _along_too(prepared, shapes, smoothed.with_variance(variance))
+            shapes = _under_white_noise(fit)
+        shapes = _along_too(shapes, smoothed.with_variance(variance))
     alone = shapes[0].still.log_evidence
     shapes = [
         # where it is improbable next to dry friction alone, its motion is that
-        _along_own_motion(prepared, shape)
+        _along_own_motion(shape)
         if shape.still.laid.has_other_forces and shape.still.log_evidence > alone + math.log(SLIGHT)
         else shape
         for shape in shapes
     ]
-    return _Unfiltered(fit, *_evaluate(prepared, shapes))
+    return _Unfiltered(fit, *_evaluate(shapes))
 
 
 def needs_no_force(decay: PlainDecay) -> bool:
     """Whether a force along its fit is less probable than none, the noise being white."""
     prepared = PreparedDecay(decay)
-    return _of_force(_under_white_noise(prepared, prepared.along_fit())) < 0.5
+    return _of_force(_under_white_noise(prepared.along_fit())) < 0.5
 
 
-class _Found(NamedTuple):
-    """An account, its probability or log evidence, and the gain of a filter that is not listed."""
-
-    part: _Evaluated
-    value: float
-    gain: float | None = None
-
-    @property
-    def of_filter(self) -> bool:
-        """Whether a filter explains the record without a force, or one that is not listed may do so."""
-        return self.gain is not None or not self.part.forced
-
-    def account(self, prepared: PreparedDecay) -> NoiseAccount:
-        """The account of a decay, where its value is the probability."""
-        part = {each.name: getattr(self.part, each.name) for each in fields(_Evaluated)}
-        return NoiseAccount(**part, prepared=prepared, probability=self.value, unlisted=self.gain)
+_InEvidence = tuple[NoiseAccount, float]
+"""An account and its log evidence among those behind filters."""
 
 
 class _Shape(NamedTuple):
     """A law along several paths, and its accounts under white noise: without a force, and with one."""
 
     paths: Sequence[Laid]
-    still: _Evaluated
-    forced: _Evaluated | None = None
+    still: NoiseAccount
+    forced: NoiseAccount | None = None
 
 
 def _of_force(shapes: Sequence[_Shape]) -> float:
@@ -599,21 +577,21 @@ def _of_force(shapes: Sequence[_Shape]) -> float:
     return float(expit(force - none))
 
 
-def _behind(prepared: PreparedDecay, unfiltered: _Unfiltered, *, spectra: bool) -> list[_Found]:
-    """Accounts behind filters, with their probabilities: high passes, and those that ``spectra`` show.
+def _behind(unfiltered: _Unfiltered) -> list[NoiseAccount]:
+    """Accounts behind filters, with their probabilities: high passes, and those that the spectra show.
 
     The spectra compare filters above the motion's frequency, all along one motion, and a record is no
     evidence twice. Near that frequency, where a force explains whatever a filter leaves, the odds against a
     force compare them, each kind along its own motion. Spectra include no force behind a filter: with one, a
     listed filter is identified as far as there may be none, and what is left is for one that is not listed.
     """
-    laid, high_passes = unfiltered.laid, _high_passes(prepared, unfiltered)
+    laid, high_passes = unfiltered.laid, _high_passes(unfiltered)
     behind = {kind.name: each for kind, each in high_passes}
     filters = FoundFilters().and_also([kind for kind, _ in high_passes])
-    if spectra and filters.probability < 0.5:
+    if not unfiltered.explained and filters.probability < 0.5:
         # along a law that is not behind a high pass, spectra show what that makes of corners
-        filters = prepared.filters_along(laid).and_also(filters.kinds)
-    free = _behind_unlisted(filters, unfiltered.shares)
+        filters = laid.filters_along().and_also(filters.kinds)
+    free = _behind_unlisted(filters, unfiltered.accounts)
     found, log_none = list(free), _log_evidence_of_filters(free)
     likely = {each.name for _, each in filters.likely}
     for kind in filters.kinds:
@@ -623,39 +601,35 @@ def _behind(prepared: PreparedDecay, unfiltered: _Unfiltered, *, spectra: bool) 
         # an unlikely one has to leave no force where likely ones leave one
         if sizes == 0 and max(kind.log_evidence, kind.log_unlisted) < log_none:
             continue
-        each = behind.get(kind.name) or prepared.behind(kind, laid)[: sizes or None]
-        found += _behind_kind(prepared, each, kind)
+        found += _behind_kind(behind.get(kind.name) or laid.behind_kind(kind)[: sizes or None], kind)
         log_none = _log_evidence_of_filters(found)
     if not found:
         return []
-    shares = filters.probability * softmax([each.value for each in found])
-    of_filter = np.array([each.of_filter for each in found])
+    shares = filters.probability * softmax([value for _, value in found])
+    # one that is listed explains the record without a force; one that is not may do so with one
+    of_filter = np.array([each.unlisted is not None or not each.forced for each, _ in found])
     shares[~of_filter] *= shares[of_filter].sum()
     if free:
         rest = filters.probability - shares.sum()
-        shares[: len(free)] += rest * softmax([each.value for each in free])
-    return [each._replace(value=share) for each, share in zip(found, shares.tolist(), strict=True)]
+        shares[: len(free)] += rest * softmax([value for _, value in free])
+    return [replace(each, probability=share) for (each, _), share in zip(found, shares.tolist(), strict=True)]
 
 
-def _high_passes(
-    prepared: PreparedDecay, unfiltered: _Unfiltered
-) -> list[tuple[FoundKind, list[tuple[float, Laid]]]]:
+def _high_passes(unfiltered: _Unfiltered) -> list[tuple[FoundKind, list[tuple[float, Laid]]]]:
     """Kinds of high passes, and the law behind the likely corners of each with their shares.
 
     White noise is as white behind one, so that both compare on the same samples, with a force or without:
     with all that goes behind no filter.
     """
-    best = _best([part for part, _ in unfiltered.shares if part.of_white_noise])
+    best = _best([each for each in unfiltered.accounts if each.of_white_noise])
     found = []
-    for name, corners in prepared.behind_high_passes(unfiltered.laid):
+    for name, corners in unfiltered.laid.behind_high_passes():
         laws = [best.laid, *(each for _, each in corners)]
         same = np.max([each.regression.clock.variance for each in laws], axis=0)
         none = best.along(best.laid.with_variance(same)).log_evidence
-        none += unfiltered.log_evidence - best.log_evidence
-        none += math.log1p(-FILTERED)
+        none += unfiltered.log_evidence - best.log_evidence + math.log1p(-FILTERED)
         values = [
-            filter_.log_prior + _log_evidence(prepared, each.with_variance(same)) - none
-            for filter_, each in corners
+            filter_.log_prior + _log_evidence(each.with_variance(same)) - none for filter_, each in corners
         ]
         filters = zip(values, (filter_ for filter_, _ in corners), strict=True)
         shares = zip(softmax(values).tolist(), (each for _, each in corners), strict=True)
@@ -664,67 +638,62 @@ def _high_passes(
     return found
 
 
-def _log_evidence(prepared: PreparedDecay, laid: Laid) -> float:
+def _log_evidence(laid: Laid) -> float:
     """Of a law without a random force, alone or with other forces."""
-    laws = (laid, _with_other_forces(prepared, laid))
-    return float(logsumexp([_without_force(prepared, each).log_evidence for each in laws]))
+    return float(logsumexp([_evaluated(each).log_evidence for each in (laid, _with_other_forces(laid))]))
 
 
-def _with_both(prepared: PreparedDecay, found: Sequence[_Found]) -> list[_Found]:
+def _with_both(found: Sequence[NoiseAccount]) -> list[NoiseAccount]:
     """The accounts, and one with other forces and a random one, with their probabilities.
 
     By the odds of both against one of the two, the more probable one, in its most probable account, which
     represents all of them; where neither is rather needed, both are not.
     """
-    forced = [each for each in found if each.part.forced]
-    others = [each for each in found if each.part.laid.has_other_forces]
+    forced = [each for each in found if each.forced]
+    others = [each for each in found if each.laid.has_other_forces]
     base = max(forced, others, key=_total)
     if _total(base) < 0.5:
         return list(found)
-    best = max(base, key=lambda each: each.value)
-    had = best.part.laid.has_other_forces
-    laid = best.part.laid if had else _with_other_forces(prepared, best.part.laid)
+    best = max(base, key=lambda each: each.probability)
+    had = best.laid.has_other_forces
+    laid = best.laid if had else _with_other_forces(best.laid)
     columns, alone = laid.regression.sets.sum(axis=1), laid.acting.sum(axis=1) == 1
     simplest = alone & (columns == columns.min())
-    laid = laid.of_sets(simplest | (best.part.share_of_sets > SLIGHT) if had else simplest)
-    still = _without_force(prepared, laid)
-    both = _with_force(prepared, [laid], still)
-    log_odds = both.log_evidence - best.part.log_evidence
+    laid = laid.of_sets(simplest | (best.share_of_sets > SLIGHT) if had else simplest)
+    both = _with_force([laid])
+    log_odds = both.log_evidence - best.log_evidence
     value = _total(base) * math.exp(min(log_odds, _LOG_SURE))
     total = 1.0 + value
     return [
-        *(each._replace(value=each.value / total) for each in found),
-        best._replace(part=both, value=value / total),
+        *(replace(each, probability=each.probability / total) for each in found),
+        replace(both, unlisted=best.unlisted, probability=value / total),
     ]
 
 
-def _total(found: Sequence[_Found]) -> float:
-    return sum(each.value for each in found)
+def _total(found: Sequence[NoiseAccount]) -> float:
+    return sum(each.probability for each in found)
 
 
-def _log_evidence_of_filters(found: Sequence[_Found]) -> float:
+def _log_evidence_of_filters(found: Sequence[_InEvidence]) -> float:
     """Log evidence of filters without a force."""
-    return float(np.logaddexp.reduce([-math.inf, *(each.value for each in found if not each.part.forced)]))
+    return float(np.logaddexp.reduce([-math.inf, *(value for each, value in found if not each.forced)]))
 
 
-def _behind_kind(
-    prepared: PreparedDecay, behind: Sequence[tuple[float, Laid]], kind: FoundKind
-) -> list[_Found]:
+def _behind_kind(behind: Sequence[tuple[float, Laid]], kind: FoundKind) -> list[_InEvidence]:
     """Accounts ``behind`` the most probable filters of a kind, with their shares, and others like the first.
 
     Where a force is improbable behind one, it is not evaluated behind the less probable ones, which differ
     little: the odds are the same, and its accounts there stand for all of these.
     """
     shapes = [
-        [_Shape([law], _without_force(prepared, law)) for law in (each, _with_other_forces(prepared, each))]
-        for _, each in behind
+        [_Shape([law], _evaluated(law)) for law in (each, _with_other_forces(each))] for _, each in behind
     ]
     # one sensor has one, and its estimate varies more than filters of a kind differ
     floor = float(np.median([min(shape.still.noise_floor for shape in each) for each in shapes]))
-    found: list[_Found] = []
+    found: list[_InEvidence] = []
     log_odds, left = None, sum(share for share, _ in behind)
     for (share, _), each in zip(behind, shapes, strict=True):
-        parts = _under_floor(prepared, each, floor, forces=log_odds is None)
+        parts = _under_floor(each, floor, forces=log_odds is None)
         log_none = logsumexp([part.log_evidence for part in parts if not part.forced])
         of_force = share
         if log_odds is None:
@@ -736,7 +705,7 @@ def _behind_kind(
         left -= share
         log_kind = kind.log_evidence - log_none - odds
         listed = [
-            _Found(part, log_kind + math.log(of_force if part.forced else share) + part.log_evidence)
+            (part, log_kind + math.log(of_force if part.forced else share) + part.log_evidence)
             for part in parts
         ]
         filter_ = each[0].still.laid.filter
@@ -746,73 +715,61 @@ def _behind_kind(
     return found
 
 
-def _behind_unlisted(filters: FoundFilters, evaluated: Sequence[tuple[_Evaluated, float]]) -> list[_Found]:
+def _behind_unlisted(filters: FoundFilters, evaluated: Sequence[NoiseAccount]) -> list[_InEvidence]:
     """Accounts behind a filter that is unlike those listed.
 
     It has made noise and corners what they are, and no more than its gain is known.
     """
-    parts = [_Found(part, math.log(share)) for part, share in evaluated if share and not part.of_white_noise]
+    parts = [
+        (each, math.log(each.probability))
+        for each in evaluated
+        if each.probability and not each.of_white_noise
+    ]
     unlike = [kind.unlisted[-1] for kind in filters.kinds if kind.unlisted]
     if not parts or not unlike:
         return []
-    return _with_gains(parts, unlike, 1.0, float(logsumexp([each.value for each in parts])))
+    return _with_gains(parts, unlike, 1.0, float(logsumexp([value for _, value in parts])))
 
 
 def _with_gains(
-    found: Sequence[_Found], unlisted: Sequence[Likeness], known: float, log_known: float
-) -> list[_Found]:
+    found: Sequence[_InEvidence], unlisted: Sequence[Likeness], known: float, log_known: float
+) -> list[_InEvidence]:
     """The same accounts behind filters that are not listed, in place of one of a known gain and evidence."""
     log_all = float(logsumexp([each.log_evidence for each in unlisted])) - log_known
     return [
-        each._replace(value=each.value + log_all + math.log(share), gain=gain / known)
-        for each in found
+        (replace(each, unlisted=gain / known), value + log_all + math.log(share))
+        for each, value in found
         for share, gain in gains_of(unlisted)
     ]
 
 
-def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
-    """Whether white noise alone explains a record, and corners as dry friction makes them.
-
-    Then no filter is evaluated: it would have coloured the noise or removed the corners.
-    """
-    law, any_shape = (
-        sum(
-            share
-            for part, share in evaluated
-            if part.of_white_noise and not part.forced and part.laid.has_free_corners == free
-        )
-        for free in (False, True)
-    )
-    return (law + any_shape if law >= any_shape else law) >= 1.0 - SLIGHT
-
-
-def _shapes(prepared: PreparedDecay, laid: Laid) -> list[Laid]:
+def _shapes(laid: Laid) -> list[Laid]:
     """The law along a path with corners as dry friction makes them, with those of any shape, other forces."""
-    free = laid.with_free_corners(prepared.friction)
-    return [laid, *([free] if free.has_free_corners else []), _with_other_forces(prepared, laid)]
+    free = laid.with_free_corners()
+    return [laid, *([free] if free.has_free_corners else []), _with_other_forces(laid)]
 
 
-def _with_other_forces(prepared: PreparedDecay, laid: Laid, shapes: tuple[float, ...] = SHAPES) -> Laid:
+def _with_other_forces(laid: Laid, shapes: tuple[float, ...] = SHAPES) -> Laid:
     """The law with one other force at least than dry friction."""
-    return laid.with_other_forces(prepared, shapes, at_least_one=True)
+    return laid.with_other_forces(shapes, at_least_one=True)
 
 
-def _under_white_noise(prepared: PreparedDecay, fit: Laid) -> list[_Shape]:
+def _under_white_noise(fit: Laid) -> list[_Shape]:
     """Accounts of white noise as it is along the fit, without a force and with one."""
-    found = [_Shape([laid], _without_force(prepared, laid)) for laid in _shapes(prepared, fit)]
+    found = [_Shape([laid], _evaluated(laid)) for laid in _shapes(fit)]
     return [
-        shape._replace(forced=_with_force(prepared, _quiet(shape), shape.still)) if likely else shape
+        shape._replace(forced=_with_force(_quiet(shape))) if likely else shape
         for shape, likely in zip(found, _may_be_forced([shape.still for shape in found]), strict=True)
     ]
 
 
-def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) -> list[_Shape]:
+def _along_too(shapes: Sequence[_Shape], laid: Laid) -> list[_Shape]:
     """The same accounts along another path too: with a random force, and with other forces.
 
     Those of dry friction alone are what they were along the fit.
     """
     found = []
-    others = {each.kind: each for each in _shapes(prepared, laid)}
+    others = {each.kind: each for each in _shapes(laid)}
     for shape in shapes:
         other = others.get(shape.still.laid.kind)
         if other is None:
@@ -822,13 +779,13 @@ def _along_too(prepared: PreparedDecay, shapes: Sequence[_Shape], laid: Laid) ->
         if still.laid.has_other_forces:
             still = _best([still, still.along(other)])
         if forced is not None:
-            there = _with_force(prepared, _quiet(shape._replace(paths=[other])), still)
+            there = _with_force(_quiet(shape._replace(paths=[other])))
             forced = _best([forced, there])
         found.append(_Shape([*shape.paths, other], still, forced))
     return found
 
 
-def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
+def _along_own_motion(shape: _Shape) -> _Shape:
     """The account of a law along the motion under that law, until this stays, on the same samples.
 
     Forces that are taken as given along one motion overshoot in the next: each is halfway. Where the motions
@@ -839,8 +796,8 @@ def _along_own_motion(prepared: PreparedDecay, shape: _Shape) -> _Shape:
     for _ in range(_MOST_MOTIONS):
         before, law = latest, latest.posterior.best_law()
         shapes = moved_shapes(law[before.laid.of_other_forces], shapes)
-        path = prepared.along_law(before.laid, law, 0.5).with_variance(variance)
-        latest = before.along(_with_other_forces(prepared, path, shapes))
+        path = before.laid.along_law(law, 0.5).with_variance(variance)
+        latest = before.along(_with_other_forces(path, shapes))
         if abs(latest.log_evidence - before.log_evidence) < _SAME:
             best = latest
             break
@@ -853,10 +810,8 @@ def _quiet(shape: _Shape) -> list[Laid]:
     return [laid.with_noise(_QUIETEST * shape.still.posterior.noise_sd) for laid in shape.paths]
 
 
-def _evaluate(
-    prepared: PreparedDecay, shapes: Sequence[_Shape]
-) -> tuple[list[tuple[_Evaluated, float]], float]:
-    """All accounts and their probabilities, and their log evidence.
+def _evaluate(shapes: Sequence[_Shape]) -> tuple[list[NoiseAccount], float]:
+    """All accounts with their probabilities, and their log evidence.
 
     Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
     is coloured, all accounts are evaluated under a floor.
@@ -870,50 +825,43 @@ def _evaluate(
             if shape.forced.log_evidence > best + math.log(SLIGHT):
                 coloured += _as_it_is(shape.forced, _quiet(shape))
     shares = _probabilities([*white, *coloured])
-    found = list(zip(white, shares, strict=False))
+    found = [replace(each, probability=share) for each, share in zip(white, shares, strict=False)]
     if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
         # the least that a shape leaves near the motion
-        parts = _under_floor(prepared, shapes, min(shape.still.noise_floor for shape in shapes))
+        parts = _under_floor(shapes, min(shape.still.noise_floor for shape in shapes))
         for part, own in zip(parts, _probabilities(parts), strict=True):
             same = [k for k, each in enumerate(white) if part.of_white_noise and each.kind == part.kind]
             if same:
                 # under the floor white noise is what it was
-                found[same[0]] = (white[same[0]], found[same[0]][1] + share * own)
+                before = found[same[0]]
+                found[same[0]] = replace(before, probability=before.probability + share * own)
             else:
-                found.append((part, share * own))
+                found.append(replace(part, probability=share * own))
     return found, float(logsumexp([part.log_evidence for part in (*white, *coloured)]))
 
 
-def _probabilities(parts: Sequence[_Evaluated]) -> list[float]:
+def _probabilities(parts: Sequence[NoiseAccount]) -> list[float]:
     return list(softmax([part.log_evidence for part in parts]).tolist())
 
 
-def _may_be_forced(parts: Sequence[_Evaluated]) -> list[bool]:
+def _may_be_forced(parts: Sequence[NoiseAccount]) -> list[bool]:
     """Which are not improbable next to the best of dry friction: with other forces there is no random one."""
     least = max(part.log_evidence for part in parts if not part.others) + math.log(SLIGHT)
     return [not part.others and part.log_evidence > least for part in parts]
 
 
-def _without_force(prepared: PreparedDecay, laid: Laid) -> _Evaluated:
-    """The account without a force of a shape, all as probable as each other."""
-    return _evaluated(laid, prepared.prior.without_force, math.log(prepared.prior.none))
+def _with_force(paths: Sequence[Laid]) -> NoiseAccount:
+    """The account of a shape with a force, along any path."""
+    return _best([_evaluated(laid, forced=True) for laid in paths])
 
 
-def _with_force(prepared: PreparedDecay, paths: Sequence[Laid], still: _Evaluated) -> _Evaluated:
-    """The account of a shape without a force with one, along any path."""
-    log_prior = still.log_prior - math.log(prepared.prior.none)
-    return _best([_evaluated(laid, prepared.prior, log_prior, forced=True) for laid in paths])
-
-
-def _as_it_is(white: _Evaluated, paths: Sequence[Laid]) -> list[_Evaluated]:
+def _as_it_is(white: NoiseAccount, paths: Sequence[Laid]) -> list[NoiseAccount]:
     """The same account with the colour of its residual, along any path; none where that is white."""
     colour = white.own_colour
     return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
 
 
-def _under_floor(
-    prepared: PreparedDecay, shapes: Sequence[_Shape], floor: float, *, forces: bool = True
-) -> list[_Evaluated]:
+def _under_floor(shapes: Sequence[_Shape], floor: float, *, forces: bool = True) -> list[NoiseAccount]:
     """All accounts, or those without a force, the noise nowhere below a floor.
 
     The silence behind a filter is no evidence against friction, or for a force in place of the noise.
@@ -921,18 +869,18 @@ def _under_floor(
     stills = []
     for still in (shape.still for shape in shapes):
         stills.append(_above(still.along(still.laid.with_noise(floor)), [still.laid], floor))
-    best = [_best(still) for still in stills]
+    likely = _may_be_forced([_best(still) for still in stills])
     parts = []
-    for shape, own, part, likely in zip(shapes, stills, best, _may_be_forced(best), strict=True):
-        forced: list[_Evaluated] = []
-        if likely and forces:
-            force = _with_force(prepared, [laid.with_noise(floor) for laid in shape.paths], part)
+    for shape, own, may_be in zip(shapes, stills, likely, strict=True):
+        forced: list[NoiseAccount] = []
+        if may_be and forces:
+            force = _with_force([laid.with_noise(floor) for laid in shape.paths])
             forced = _above(force, shape.paths, floor)
         parts += [*_in_colours_of(own, forced), *forced]
     return parts
 
 
-def _in_colours_of(still: Sequence[_Evaluated], forced: Sequence[_Evaluated]) -> list[_Evaluated]:
+def _in_colours_of(still: Sequence[NoiseAccount], forced: Sequence[NoiseAccount]) -> list[NoiseAccount]:
     """Accounts without a force, the coloured one in that of an account with one where this fits better.
 
     What a force has explained is missing from its colour, which may be the noise's own.
@@ -944,7 +892,7 @@ def _in_colours_of(still: Sequence[_Evaluated], forced: Sequence[_Evaluated]) ->
     return [white, _best(own)] if own else [white]
 
 
-def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
+def _above(white: NoiseAccount, paths: Sequence[Laid], floor: float) -> list[NoiseAccount]:
     """Accounts of noise nowhere below a floor: white, and coloured where that is worth its coefficients."""
     noise = white.noise(floor)
     parts = [replace(white, weaker_above=noise.weaker_above)]
@@ -954,12 +902,13 @@ def _above(white: _Evaluated, paths: Sequence[Laid], floor: float) -> list[_Eval
     return parts
 
 
-def _evaluated(laid: Laid, prior: ForcePrior, log_prior: float, *, forced: bool = False) -> _Evaluated:
+def _evaluated(laid: Laid, *, forced: bool = False) -> NoiseAccount:
     """A regression without a random force, or given that there is one."""
-    posterior = integrate_force(Problem.of(laid.regression), prior)
+    prior = laid.prepared.prior
+    posterior = integrate_force(Problem.of(laid.regression), prior if forced else prior.without_force)
     if forced:
         posterior = posterior.among((posterior.ratio > 0.0)[:, None])
-    return _Evaluated(laid, posterior, prior, log_prior)
+    return NoiseAccount(laid, posterior)
 
 
 def _apart(regression: LawRegression) -> Problem:
@@ -968,7 +917,7 @@ def _apart(regression: LawRegression) -> Problem:
     return Problem([Member(regression=regression)], corners, Spread.none(len(regression.sets)))
 
 
-def _best(parts: Sequence[_Evaluated]) -> _Evaluated:
+def _best(parts: Sequence[NoiseAccount]) -> NoiseAccount:
     """Of several linearisations of one account the one that explains the record best."""
     return max(parts, key=lambda part: part.log_evidence)
 

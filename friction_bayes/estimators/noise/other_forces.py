@@ -39,7 +39,7 @@ from friction_bayes.mechanics.effects.sensor_nonlinearity import SENSOR_NONLINEA
 from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
-from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = [
     "BENT",
@@ -173,8 +173,7 @@ def other_force_columns(
             *[False, True] * len(shapes),
         ]
     )
-    states = force_response(path, forces(path.nodes))
-    sensor = at_sensor(states, row, forces(path.samples))
+    states, sensor = response_at_sensor(path, row, forces(path.nodes), forces(path.samples))
     # a bent scale moves nothing, and comes before what has a shape
     bent, place = _bent_readings(path, row, friction), sensor.shape[1] - 2 * len(shapes)
     states = np.insert(states, [place] * bent.shape[1], 0.0, axis=2)

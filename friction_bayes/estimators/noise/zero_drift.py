@@ -29,11 +29,10 @@ def zero_drift(decay: PlainDecay) -> Array | None:
         return None
     path = prepared.along_fit()
     for _ in range(_MOTIONS):
-        laid = path.with_other_forces(prepared, shapes=())
-        laid = laid.with_drift(laid.frequency * prepared.decay.time[-1])
-        probability, law = prepared.best_law_with(laid, DRIFT)
+        laid = path.with_other_forces(shapes=()).with_drift()
+        probability, law = laid.best_law_with(DRIFT)
         if probability < 0.5:
             return None
-        path = prepared.along_law(laid, law, 0.5)
+        path = laid.along_law(law, 0.5)
     change = laid.unit * law[[name == DRIFT for name in laid.regression.names]]
     return np.asarray(smooth_curve(decay.time, decay.time[-1]) @ change)

@@ -106,15 +106,15 @@ def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
 
     Means (r, s) and covariances (r, s, s) of the coefficients, in units of their prior sd, and their columns.
     """
-    sets, found = fit.sets, []
+    common, found = fit.fits[0].regression, []
     for one, alone in zip(fit.fits, fit.alone, strict=True):
         motion, regression = alone.motion, one.regression
         ratio, tau = motion.force_sd / motion.noise, motion.tau
         whitened = regression.whiten_at(ratio, tau)
         found.append((regression.reference, whitened, Problem.of(regression).evaluate(ratio, tau)))
-    likelihood = sum(evaluated.log_weight - sets.log_prior for _, _, evaluated in found)
-    best = int(np.argmax(likelihood + sets.log_prior))
-    inside = sets.columns[best]
+    likelihood = sum(evaluated.log_weight - common.log_prior for _, _, evaluated in found)
+    best = int(np.argmax(likelihood + common.log_prior))
+    inside = common.sets[best]
     estimates = [
         set_posterior(
             whitened.gram,

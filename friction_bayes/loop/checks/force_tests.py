@@ -85,10 +85,10 @@ class AddedForces(NamedTuple):
 def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     """Whitened forces, shape (nodes, f), with the best law projected out."""
     best = fit.posterior.best
-    law = np.flatnonzero(fit.sets.columns[fit.chosen])
+    law = np.flatnonzero(fit.regression.sets[fit.chosen])
     # the force itself at the samples: the mean over the nodes of the interval before
     at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
-    if np.any(fit.row[..., 2]):
+    if np.any(fit.regression.row[..., 2]):
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
     of_law = fit.law.sensor[:, law] * fit.law.scale[law]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,11 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
-from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit, refitted
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
-from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
+from friction_bayes.loop.report.result import Forecast, RecordTrace
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
@@ -33,7 +32,7 @@ from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.transition import distinct_steps, transition_table
 
-__all__ = ["Forecast", "forecast", "forecast_records", "held_out_error", "with_forecasts"]
+__all__ = ["forecast", "forecast_records", "held_out_error", "with_forecasts"]
 
 _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "
@@ -43,41 +42,6 @@ _BAND90 = 1.6448536269514722
 """Half width of the central 90 % of a normal distribution, in standard deviations."""
 _DRAWS = 40
 """Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Forecast:
-    """The last part of a moving record, measured and predicted from the first part.
-
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Seconds in the record.
-    signal : ndarray, shape (n,)
-        Measured.
-    mean, sd : ndarray, shape (n,)
-        Of the predictive distribution of the signal, noise of the sensor included.
-    free : ndarray of bool, shape (n,)
-        Samples that are not clipped: they are compared.
-    """
-
-    time: Array
-    signal: Array
-    mean: Array
-    sd: Array
-    free: Mask
-
-    @classmethod
-    def of(cls, segment: Segment, head: int, mean: Array, sd: Array) -> Forecast:
-        """Of the moving samples after the first ``head``."""
-        rest = slice(head, segment.moving)
-        time = segment.decay.start_time + segment.time[rest]
-        return cls(time=time, signal=segment.values[rest], mean=mean, sd=sd, free=segment.free[rest])
-
-    @property
-    def error(self) -> Array:
-        """Measured minus predicted, of the samples that are compared."""
-        return np.asarray((self.signal - self.mean)[self.free])
 
 
 def forecast_records(fit: CoulombFit) -> tuple[Forecast, ...]:
@@ -135,15 +99,8 @@ def with_forecasts(
     """Records with both models' forecasts of their last parts; unchanged where one could not forecast."""
     if not len(traces) == len(before) == len(after):
         return tuple(traces)
-    return tuple(
-        replace(
-            trace,
-            forecast=ForecastTrace(
-                time=final.time, signal=final.signal, before=coulomb.mean, after=final.mean, sd=final.sd
-            ),
-        )
-        for trace, coulomb, final in zip(traces, before, after, strict=True)
-    )
+    pairs = zip(before, after, strict=True)
+    return tuple(replace(trace, forecasts=both) for trace, both in zip(traces, pairs, strict=True))
 
 
 def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) -> Forecast | None:
@@ -201,9 +158,7 @@ def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:
     for forced in (False, True):
         points = (first.posterior.ratio > 0.0) == forced
         of_first, of_whole = (_of_effects(fit, forced=forced) for fit in (first, whole))
-        weight[points] *= [
-            of_whole[names] / max(of_first[names], LEAST_PROBABILITY) for names in first.sets.effects
-        ]
+        weight[points] *= [of_whole[names] / max(of_first[names], LEAST_PROBABILITY) for names in first.sets]
     return weight / weight.sum() if weight.max() > LEAST_PROBABILITY else None
 
 
@@ -211,7 +166,7 @@ def _of_effects(fit: ForceFit, *, forced: bool) -> defaultdict[frozenset[str], f
     """Probability of each possible set of effects, with a random force or without."""
     probabilities: defaultdict[frozenset[str], float] = defaultdict(float)
     shares = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0) * ~fit.impossible
-    for names, share in zip(fit.sets.effects, shares.tolist(), strict=True):
+    for names, share in zip(fit.sets, shares.tolist(), strict=True):
         probabilities[names] += share
     return probabilities
 
@@ -226,7 +181,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
         laws = draws.coefficients[mine].T
         point = fit.posterior.points[at]
         residuals = regression.target[:, None] - regression.columns @ laws
-        smoothed, covariance = smooth(residuals, fit.clock, fit.row, point.ratio, point.tau)
+        smoothed, covariance = smooth(residuals, fit.clock, regression.row, point.ratio, point.tau)
         states[mine] = smoothed[-1, :3].T
         states[mine, :2] += (regression.states[-1] @ laws + regression.known_states[-1][:, None]).T
         spreads[g] = covariance[-1, :3, :3] * point.noise**2
@@ -236,7 +191,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
 def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
     """Signal, displacement and velocity of one draw's law from a state on, shape (3, n)."""
     fit = draws.fit
-    names = fit.sets.effects[draws.chosen[k]] - set(OF_LINES)
+    names = fit.sets[draws.chosen[k]] - set(OF_LINES)
     only = np.zeros(draws.friction.size, dtype=bool)
     only[k] = True
     values = {

@@ -32,7 +32,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> dict[str, Any]
     force is ``unit_force`` in ``unit``.
     """
     best = fit.posterior.best
-    others = fit.sets.columns[fit.chosen].copy()
+    others = fit.regression.sets[fit.chosen].copy()
     # where the best law has no dry friction, both witnesses are of Coulomb friction added to it
     friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False

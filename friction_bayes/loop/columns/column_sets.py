@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, chain, combinations, product
 from typing import NamedTuple
@@ -20,25 +19,7 @@ from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
 from friction_bayes.mechanics.effects.inclusion import log_probability
 
-__all__ = ["ColumnSets", "column_sets"]
-
-
-@dataclass(frozen=True, eq=False)
-class ColumnSets:
-    """Sets of columns and the effects that they are.
-
-    Attributes
-    ----------
-    effects : tuple of frozenset of str, length m
-    columns : ndarray of bool, shape (m, p)
-    log_prior : ndarray, shape (m,)
-        Logarithm of the prior probability; the shapes of an effect share its probability as the prior of
-        their parameter has it, and so do a set with dry friction and without.
-    """
-
-    effects: tuple[frozenset[str], ...]
-    columns: Mask
-    log_prior: Array
+__all__ = ["column_sets"]
 
 
 class _Sets(NamedTuple):
@@ -54,8 +35,13 @@ class _Sets(NamedTuple):
     shapes: Indices
 
 
-def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
-    """Every set of some effects, in each of its shapes, with dry friction and without."""
+def column_sets(law: LawColumns, effects: tuple[str, ...]) -> tuple[tuple[frozenset[str], ...], Mask, Array]:
+    """Every set of some effects, in each of its shapes, with dry friction and without.
+
+    The effects of each of m sets, its columns, shape (m, p), and the logarithm of its prior probability,
+    shape (m,). The shapes of an effect share its probability as the prior of their parameter has it, and so
+    do a set with dry friction and without.
+    """
     alternatives = ((name, tuple(law.alternatives(name))) for name in effects)
     shapes = tuple((name, own) for name, own in alternatives if own)
     sets = _sets_of(
@@ -74,7 +60,7 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     logs += log_probability(np.arange(len(shapes) + 1), len(shapes))[sets.acting] + sets.log_rub
     logs -= float(np.log(np.sum(np.exp(logs))))
     logs.flags.writeable = False
-    return ColumnSets(sets.effects, sets.columns, logs)
+    return sets.effects, sets.columns, logs
 
 
 @lru_cache(maxsize=32)

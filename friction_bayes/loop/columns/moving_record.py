@@ -20,7 +20,6 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.correlated_noise import NO_ERROR, Colour, SensorError
 from friction_bayes.mechanics.effects import (
     EFFECTS,
-    Effect,
     ForceEffect,
     Scales,
     SensorEffect,
@@ -34,18 +33,11 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import Feedback, feedback_steps
 from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, first_motion
 
-__all__ = ["MovingRecord", "along_motion", "why_not_evaluated"]
+__all__ = ["MovingRecord", "why_not_evaluated"]
 
 _LEFT_OUT = 1.5
 """Half cycles before a motion stops that are left out: it ends between two turning points then, neither of
 which is in doubt."""
-
-
-def along_motion(effect: Effect, scales: Scales) -> bool:
-    """Whether an effect can be evaluated along a measured motion: forces, lines and linear sensor effects."""
-    if isinstance(effect, ForceEffect) or effect.name in OF_LINES:
-        return True
-    return isinstance(effect, SensorEffect) and effect.is_linear(scales)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,11 +110,12 @@ class MovingRecord:
 
     @cached_property
     def effects(self) -> tuple[str, ...]:
-        """Those of the law: what can be evaluated along a motion."""
+        """Those of the law: forces, lines and linear sensor effects, which are evaluated along a motion."""
         return tuple(
             name
             for name in self.allowed
-            if along_motion(EFFECTS[name], self.scales)
+            if isinstance(EFFECTS[name], ForceEffect | SensorEffect)
+            and name != SENSOR_CLIPPING.name
             and not why_not_evaluated(name, self.segment, self.scales)
         )
 
@@ -204,10 +197,10 @@ def why_not_evaluated(name: str, segment: Segment, scales: Scales) -> str:
         by_swing |= math.isfinite(effect.largest_swing)
     if by_swing and segment.decay.unit in UNCALIBRATED_UNITS:
         return "how far it swings is unknown without a calibration of the sensor"
-    bent = isinstance(effect, SensorEffect) and not along_motion(effect, scales)
-    return effect.why_not(scales) or (
-        "it is not linear in its size" if bent and name != SENSOR_CLIPPING.name else ""
-    )
+    # lines are searched for, and what is clipped is not evaluated along a motion
+    apart = name in (*OF_LINES, SENSOR_CLIPPING.name)
+    bent = isinstance(effect, SensorEffect) and not apart and not effect.is_linear(scales)
+    return effect.why_not(scales) or ("it is not linear in its size" if bent else "")
 
 
 def _moving(segment: Segment) -> int:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -64,20 +63,6 @@ class Prediction:
     stop_time: float
 
 
-class RecordParameters(NamedTuple):
-    """Values of the parameters that act on one record.
-
-    Friction force of the declared system [N or N m], fitted over declared natural frequency, state at the
-    start, and values of each effect in the order of its parameters.
-    """
-
-    friction: float
-    frequency_ratio: float
-    displacement: float
-    velocity: float
-    effects: dict[str, tuple[float, ...]]
-
-
 def _changes_signal(name: str) -> bool:
     """Whether an effect changes the predicted signal: not if random, or acting after the noise."""
     effect = EFFECTS[name]
@@ -127,7 +112,7 @@ class LoopModel:
 
     @cached_property
     def _positions(self) -> dict[tuple[str, str, int], int]:
-        return {c.key: j for j, c in enumerate(self.coordinates)}
+        return {(c.effect, c.name, c.record): j for j, c in enumerate(self.coordinates)}
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -167,8 +152,8 @@ class LoopModel:
                 z[:, j] = [c.coordinate(float(value)) for value in values[c.effect, c.name]]
         return z
 
-    def record_parameters(self, z: Array, r: int) -> RecordParameters:
-        """Values of the parameters that act on record ``r``."""
+    def values(self, z: Array, r: int) -> tuple[dict[str, float], dict[str, tuple[float, ...]]]:
+        """Values of the parameters that act on record ``r``, by name, and those of each effect, in order."""
         own: dict[str, float] = {}
         effects: dict[str, tuple[float, ...]] = {}
         for c, x in zip(self.coordinates, z, strict=True):
@@ -179,8 +164,7 @@ class LoopModel:
                 effects[c.effect] = (*effects.get(c.effect, ()), value)
             else:
                 own[c.name] = value
-        ratio = math.exp(own[LOG_FREQUENCY_RATIO])
-        return RecordParameters(own[FRICTION], ratio, own[DISPLACEMENT], own[VELOCITY], effects)
+        return own, effects
 
     def mass_and_stiffness(self, ratio: float) -> tuple[float, float]:
         """Mass and stiffness of a system whose frequency is ``ratio`` times the declared one.
@@ -220,26 +204,26 @@ class LoopModel:
         """
         if order is None:
             order = self.segments[r].order
-        values = self.record_parameters(z, r)
-        displacement, velocity = (values.displacement, values.velocity) if state is None else state
-        mass, stiffness = self.mass_and_stiffness(values.frequency_ratio)
+        own, effects = self.values(z, r)
+        displacement, velocity = (own[DISPLACEMENT], own[VELOCITY]) if state is None else state
+        mass, stiffness = self.mass_and_stiffness(math.exp(own[LOG_FREQUENCY_RATIO]))
         status, x, v, a, times, points, stop = propagator(self.effects)(
             time,
             displacement,
             velocity,
-            values.friction,
+            own[FRICTION],
             mass,
             stiffness,
             self.system.pendulum,
             self.durations[r],
-            force_vector(values.effects),
+            force_vector(effects),
             _RTOL,
             order,
         )
         clean = (x, v, a)[order]
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
-        signal = sensor_output(clean, time, values.effects)
+        signal = sensor_output(clean, time, effects)
         return Prediction(clean, signal, x, v, times, points, float(stop))
 
 
@@ -270,7 +254,7 @@ def prediction_derivatives(
     for j, c in enumerate(model.coordinates):
         if c.record not in (SHARED, r):
             continue
-        if c.is_sensor:
+        if isinstance(EFFECTS.get(c.effect), SensorEffect):
             columns[:, j] = _of_sensor(model, z, r, j, base)
         else:
             columns[:, j] = _of_motion(model, z, r, j, _FIRST_STEP if steps is None else steps[j], base)
@@ -281,7 +265,7 @@ def _of_sensor(model: LoopModel, z: Array, r: int, j: int, base: Prediction) -> 
     """Derivative in a coordinate of the sensor: the motion stays as it is."""
     moved = z.copy()
     moved[j] += _SENSOR_STEP
-    effects = model.record_parameters(moved, r).effects
+    _, effects = model.values(moved, r)
     return (sensor_output(base.clean, model.segments[r].time, effects) - base.signal) / _SENSOR_STEP
 
 

@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.mechanics.effects import EFFECTS, Prior, Scales, SensorEffect
+from friction_bayes.mechanics.effects import EFFECTS, Prior, Scales
 
 __all__ = [
     "DISPLACEMENT",
@@ -59,21 +59,6 @@ class Coordinate:
     bounds: tuple[float, float] = (-math.inf, math.inf)
     effect: str = ""
     record: int = SHARED
-
-    @property
-    def key(self) -> tuple[str, str, int]:
-        """Effect, name and record, which no other parameter of a model shares."""
-        return self.effect, self.name, self.record
-
-    @property
-    def is_state(self) -> bool:
-        """Whether it is part of a record's initial state."""
-        return not self.effect and self.record != SHARED
-
-    @property
-    def is_sensor(self) -> bool:
-        """Whether it belongs to an effect of a record's sensor."""
-        return bool(self.effect) and isinstance(EFFECTS[self.effect], SensorEffect)
 
     def value(self, z: float | Array) -> float | Array:
         """Value of a coordinate."""

@@ -48,7 +48,7 @@ def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
 
     And those that are so without these at the most probable force: to integrate again is costly.
     """
-    place, beyond = posterior.best, np.zeros(len(found.sets.columns), np.bool_)
+    place, beyond = posterior.best, np.zeros(len(found.regression.sets), np.bool_)
     while (ahead := _ahead(found, posterior)).any():
         beyond |= ahead
         problem = posterior.problem.without(ahead)
@@ -59,7 +59,7 @@ def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
 
 def _ahead(found: LawAlongMotion, posterior: Posterior) -> Mask:
     """Impossible sets that come before the first possible one, shape (m,)."""
-    ahead = np.zeros(len(found.sets.columns), np.bool_)
+    ahead = np.zeros(len(found.regression.sets), np.bool_)
     for k, possible in _judged(found, posterior):
         if possible:
             break
@@ -76,7 +76,7 @@ def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
     coefficient cancels, beyond the range where the columns are linear in it. The sets are tested from the
     most probable on, until the rest is negligible.
     """
-    beyond = np.zeros(len(found.sets.columns), np.bool_)
+    beyond = np.zeros(len(found.regression.sets), np.bool_)
     total = posterior.weight.sum(axis=0)
     left = kept = float(total.sum())
     for k, possible in _judged(found, posterior):

@@ -11,7 +11,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.loop import settings
-from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
+from friction_bayes.loop.columns.column_sets import column_sets
 from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns, law_columns
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
@@ -44,7 +44,8 @@ class LawAlongMotion:
         Frequency of the natural units [rad/s].
     path : MeasuredPath
     law : LawColumns
-    sets : ColumnSets
+    sets : tuple of frozenset of str, length m
+        Effects of each set of columns.
     regression : LawRegression
     prior : ForcePrior
     """
@@ -53,7 +54,7 @@ class LawAlongMotion:
     w0: float
     path: MeasuredPath
     law: LawColumns
-    sets: ColumnSets
+    sets: tuple[frozenset[str], ...]
     regression: LawRegression
     prior: ForcePrior
 
@@ -82,7 +83,7 @@ class LawAlongMotion:
         rough = friction_along(path) if friction is None else friction
         law = law_columns(path, record, w0=w0, friction=rough, lines=lines, about=about)
         clock = record.clock_along(path, law.feedback, w0)
-        sets = column_sets(law, record.effects)
+        sets, columns, log_prior = column_sets(law, record.effects)
         regression = LawRegression(
             clock=clock,
             row=law.row,
@@ -93,8 +94,8 @@ class LawAlongMotion:
             target=record.signal(w0) - law.known,
             scale=law.scale,
             positive=law.positive,
-            sets=sets.columns,
-            log_prior=sets.log_prior,
+            sets=columns,
+            log_prior=log_prior,
             stiffness=law.always[2],
             motion=motion,
             least_noise=max(record.least_noise / w0**record.segment.order, record.error.least_noise),

@@ -79,7 +79,7 @@ class LawDraws:
         # a series that is cut short has nothing beyond
         found: defaultdict[str, Array] = defaultdict(lambda: np.zeros(chosen.size))
         having = np.zeros(chosen.size, np.bool_)
-        held = self.fit.sets.columns[self.chosen]
+        held = self.fit.regression.sets[self.chosen]
         own = [j for j, column in enumerate(law.columns) if column.effect == effect]
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
@@ -94,7 +94,7 @@ class LawDraws:
     def lines(self, effect: str, chosen: Mask) -> list[dict[str, Array]]:
         """Parameters of each line of an effect, as :meth:`parameters` has those of the strongest."""
         law = self.fit.law
-        held = self.fit.sets.columns[self.chosen]
+        held = self.fit.regression.sets[self.chosen]
         found: dict[Line, list[int]] = {}
         for j, column in enumerate(law.columns):
             if column.line is not None and column.effect == effect:
@@ -122,30 +122,29 @@ class LawDraws:
         return found
 
 
-def laws_drawn(
-    fit: ForceFit,
+def _of_record(
+    fit: LawFit,
+    r: int,
     coefficients: Array,
-    *,
     point: Integers,
-    chosen: Integers,
-    ratio: Array,
-    tau: Array,
+    row: Integers,
     noise: Array,
     rng: np.random.Generator,
 ) -> LawDraws:
-    """Draws with these coefficients and random forces ``ratio`` times the noise, and derived quantities."""
-    stiffness = coefficients[:, fit.law.always[2]]
-    factor = unit_force(fit, stiffness)
+    """Draws of a record from its coefficients, and the points, sets and common noise of the posterior."""
+    one, member = fit.fits[r], fit.problem.members[r]
+    stiffness, noise = coefficients[:, one.law.always[2]], noise * member.noise
+    factor = unit_force(one, stiffness)
     return LawDraws(
-        fit=fit,
+        fit=one,
         coefficients=coefficients,
         point=point,
-        chosen=chosen,
-        friction=coefficients[:, fit.law.frictions].sum(axis=1) * factor,
+        chosen=fit.problem.number[row],
+        friction=coefficients[:, one.law.frictions].sum(axis=1) * factor,
         stiffness=stiffness,
-        random_force=ratio * noise * factor,
-        correlation_time=tau / fit.w0,
-        noise_growth=_noise_growth(fit, noise, rng),
+        random_force=fit.posterior.ratio[point] * member.ratio(1.0) * noise * factor,
+        correlation_time=fit.posterior.tau[point] / one.w0,
+        noise_growth=_noise_growth(one, noise, rng),
     )
 
 
@@ -259,20 +258,7 @@ def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array |
         laws[here] = given.laws(shared, rng)
         point[here], row[here], noise[here] = g, m, given.noise
         at += k
-    chosen = problem.number[row]
-    records = tuple(
-        laws_drawn(
-            one,
-            laws[:, r],
-            point=point,
-            chosen=chosen,
-            ratio=posterior.ratio[point] * member.ratio(1.0),
-            tau=posterior.tau[point],
-            noise=noise * member.noise,
-            rng=rng,
-        )
-        for r, (one, member) in enumerate(zip(fit.fits, problem.members, strict=True))
-    )
+    records = tuple(_of_record(fit, r, laws[:, r], point, row, noise, rng) for r in range(len(fit.fits)))
     frictions = fit.law.frictions
     force = unit_force(fit.fits[0], records[0].stiffness)
     spread = fit.level * fit.spread_of[row]

@@ -20,7 +20,6 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop import settings
-from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.columns.law_columns import LawBefore, LawColumns
 from friction_bayes.loop.columns.moving_record import MovingRecord
@@ -115,14 +114,14 @@ class LawFit:
         return self.fits[0].law
 
     @property
-    def sets(self) -> ColumnSets:
-        """Sets of these that were evaluated."""
+    def sets(self) -> tuple[frozenset[str], ...]:
+        """Effects of each set of columns that was evaluated."""
         return self.fits[0].sets
 
     @property
     def impossible(self) -> Mask:
         """Sets beyond what their priors allow, shape (m,); of several records none is sought."""
-        return self.alone[0].impossible if self.one else np.zeros(len(self.sets.effects), np.bool_)
+        return self.alone[0].impossible if self.one else np.zeros(len(self.sets), np.bool_)
 
     @property
     def spread_of(self) -> Array:
@@ -132,14 +131,14 @@ class LawFit:
     @property
     def worth_it(self) -> Mask:
         """Sets of the records that can be probable along motions near these, shape (m,)."""
-        worth = np.zeros(len(self.sets.effects), np.bool_)
+        worth = np.zeros(len(self.sets), np.bool_)
         worth[self.problem.number[self.posterior.weight.max(axis=0) > _HOPELESS]] = True
         return worth
 
     @property
     def weight(self) -> Array:
         """Posterior of points and sets of the records, over all spreads, shape (g, m)."""
-        sets = len(self.sets.effects)
+        sets = len(self.sets)
         return np.array([np.bincount(self.problem.number, point, sets) for point in self.posterior.weight])
 
     def among(self, cells: Mask) -> LawFit:
@@ -192,20 +191,16 @@ def _together(alone: tuple[ForceFit, ...], system: Oscillator, options: LoopOpti
         motions = [fit.motion.at_frequency(change) for fit in first.fits]
         about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
         w0 *= change
-        before, scores = records[0].scores, _finer_shapes(first.fits)
+        before, laws = records[0].scores, [fit.coefficients for fit in first.fits]
+        scores = finer_shapes(first.fits, laws, [fit.posterior.best for fit in first.fits])
         records = tuple(replace(record, scores=scores) for record in records)
         along = _along(alone, records, motions, w0, about)
         if _alike(before, scores):
             return _evaluated(alone, along, spreads, varying=varying, kept=first.worth_it)
     # in what shapes the effects are hopeless was seen at other values alone
-    probable = {first.sets.effects[i] for i in np.flatnonzero(first.worth_it)}
-    kept = np.array([effects in probable for effects in along[0].sets.effects])
+    probable = {first.sets[i] for i in np.flatnonzero(first.worth_it)}
+    kept = np.array([effects in probable for effects in along[0].sets])
     return _evaluated(alone, along, spreads, varying=varying, kept=kept)
-
-
-def _finer_shapes(fits: Sequence[ForceFit]) -> dict[str, tuple[float, ...]]:
-    """Values at which the shapes of the common law are evaluated next."""
-    return finer_shapes(fits, [fit.coefficients for fit in fits], [fit.posterior.best for fit in fits])
 
 
 def _alike(before: dict[str, tuple[float, ...]], after: dict[str, tuple[float, ...]]) -> bool:
@@ -287,9 +282,9 @@ def _evaluated(
 ) -> LawFit:
     """Analysis of the sets ``kept`` with ``some`` spreads, and without one unless friction varies."""
     friction = _friction_of_loss(alone)
-    law, sets = along[0].law, along[0].sets
+    law, regression = along[0].law, along[0].regression
     # a set has at most one column of friction
-    rubbing = sets.columns[:, law.frictions]
+    rubbing = regression.sets[:, law.frictions]
     columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
     spreads = some if varying else np.append(0.0, some)

@@ -69,11 +69,6 @@ class ForceFit(LawAlongMotion):
         return self.sensor_noise.growth
 
     @property
-    def row(self) -> Array:
-        """Row with which the sensor reads the state, shape (3,), or that of each sample, (n, 3)."""
-        return self.regression.row
-
-    @property
     def chosen(self) -> int:
         """The best set."""
         return self.posterior.best.chosen
@@ -89,17 +84,12 @@ class ForceFit(LawAlongMotion):
         law = self.law.states @ self.coefficients + self.law.known_states
         away = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
         of_law = self.law.known + self.law.sensor @ self.coefficients
-        return of_law + shown(away, self.row)
+        return of_law + shown(away, self.regression.row)
 
     @property
     def fluctuation(self) -> Array:
         """The random force, natural units, shape (n,)."""
         return self.motion.states[:, 2]
-
-    @property
-    def fluctuation_sd(self) -> Array:
-        """Its standard deviation, shape (n,)."""
-        return np.asarray(np.sqrt(self.motion.covariance[:, 2, 2]))
 
     @property
     def knocks(self) -> list[tuple[int, int]]:

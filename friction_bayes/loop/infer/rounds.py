@@ -20,6 +20,7 @@ from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import filters_along
 from friction_bayes.estimators.noise.high_passes import likely_high_passes
+from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
@@ -33,7 +34,6 @@ from friction_bayes.loop.noise.correlated_noise import (
     NO_ERROR,
     Colour,
     SensorError,
-    colour_near_motion,
     colour_of,
     find_sensor_error,
 )
@@ -141,16 +141,6 @@ class Round:
         return found - used * self.whole.segment.order * math.log(self.found.w0)
 
     @property
-    def wanders(self) -> bool:
-        """Whether a random force, or a knock, goes with the motion."""
-        return self._best.ratio > 0.0 or self.knocked
-
-    @property
-    def knocked(self) -> bool:
-        """Whether the force may jump."""
-        return self.whole.jump is not None and bool(self.whole.jump.any())
-
-    @property
     def _best(self) -> GridPoint:
         """The point with the law that the next round goes along."""
         return self._posterior.best
@@ -161,8 +151,9 @@ class Round:
 
     @property
     def is_all(self) -> bool:
-        """Whether the residual of the law is white noise, and a random force is less probable than none."""
-        return not self.wanders and self.leaves_white
+        """Whether the residual of the law is white noise, without a knock or a probable random force."""
+        knocked = self.whole.jump is not None and self.whole.jump.any()
+        return self._best.ratio == 0.0 and not knocked and self.leaves_white
 
     @property
     def is_plain(self) -> bool:
@@ -172,7 +163,7 @@ class Round:
     @property
     def acting(self) -> frozenset[str]:
         """Effects of its most probable law."""
-        return self.found.sets.effects[self._best.chosen]
+        return self.found.sets[self._best.chosen]
 
     @cached_property
     def leaves_white(self) -> bool:
@@ -247,11 +238,11 @@ class Round:
     @property
     def _colour_near_motion(self) -> Colour:
         """The same of noise that is nowhere below its level near the motion's frequency."""
-        clock = self.found.clock
+        clock, fitted = self.found.clock, int(np.count_nonzero(self._law))
         phase = clock.phase[clock.used]
-        return colour_near_motion(
-            self.left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
-        )
+        floor = noise_floor(self.left, phase, self.whole.segment.order, fitted)
+        noise = sensor_noise(self.left, phase, fitted, floor, even=True)
+        return Colour(noise.colour, noise.coloured_floor)
 
     @property
     def may_be_coloured(self) -> bool:

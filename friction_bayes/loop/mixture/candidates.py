@@ -18,7 +18,7 @@ from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left
-from friction_bayes.loop.checks.forecast import Forecast, forecast, forecast_errors
+from friction_bayes.loop.checks.forecast import forecast, forecast_errors
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import two_witnesses
@@ -41,7 +41,7 @@ from friction_bayes.loop.report.effect_summaries import (
 )
 from friction_bayes.loop.report.motion_trace import knock_notes, motion_trace
 from friction_bayes.loop.report.next_experiment import Contender, drawn_contender
-from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.report.result import Forecast, RecordTrace
 from friction_bayes.loop.report.verdict import ADDED, credible_count
 from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
@@ -100,7 +100,7 @@ class Candidates:
     def evaluated(self) -> frozenset[str]:
         """Effects that the sets are of: of the law, of the kinds of noise, and a random force."""
         forced = {RANDOM_FORCE.name} if self.cells.forced.any() else set[str]()
-        return frozenset(forced).union(*self.fit.sets.effects, *self.cells.noises)
+        return frozenset(forced).union(*self.fit.sets, *self.cells.noises)
 
     @property
     def _weight(self) -> Array:
@@ -431,7 +431,7 @@ def candidates_of(
 
 def _trail(fit: LawFit) -> Iterator[str]:
     """How the candidates were found."""
-    sets = f"{len(fit.sets.effects)} sets of effects evaluated"
+    sets = f"{len(fit.sets)} sets of effects evaluated"
     if not fit.one:
         yield f"along the measured motions: {sets} on {len(fit.alone)} records together"
         return

@@ -137,7 +137,7 @@ def cells_of(fit: LawFit) -> Cells:
         If there is none.
     """
     nothing = set.intersection(*(_unknowable(one) for one in fit.alone))
-    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
+    known = np.array([not names & nothing for names in fit.sets]) & ~fit.impossible
     certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
     noises = {certain: 1.0}
     for one in fit.alone:
@@ -153,7 +153,7 @@ def cells_of(fit: LawFit) -> Cells:
             "no law whose friction resists the motion explains it",
             "look at the record: it may leap, start over, or be driven",
         )
-    return Cells(weights, fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
+    return Cells(weights, fit.posterior.ratio > 0.0, fit.sets, list(noises))
 
 
 def ranked(probability: Mapping[Names, float]) -> tuple[tuple[Names, ...], Array]:

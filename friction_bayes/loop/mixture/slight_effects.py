@@ -142,7 +142,7 @@ def friction_with_slight_effects(laws: DrawnLaws, fit: LawFit, rng: np.random.Ge
 def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
     """The nuisances in addition to a set of the posterior at a point, except what is each record's own."""
     problem, law, point = fit.problem, fit.law, fit.posterior.points[g]
-    columns, effects = problem.sets[row], fit.sets.effects[problem.number[row]]
+    columns, effects = problem.sets[row], fit.sets[problem.number[row]]
     prior = point.found.full_noise2 / float(point.found.noise2[row])
     rubs = columns & np.isin(np.arange(columns.size), law.frictions)
     if not rubs.any():

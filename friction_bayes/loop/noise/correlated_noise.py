@@ -35,7 +35,6 @@ from scipy.optimize import minimize
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
 from friction_bayes.loop import settings
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.force_grid import Posterior
@@ -49,7 +48,6 @@ __all__ = [
     "BestSet",
     "Colour",
     "SensorError",
-    "colour_near_motion",
     "colour_of",
     "find_sensor_error",
     "is_coloured",
@@ -315,15 +313,6 @@ def colour_of(residual: Array, fitted: int) -> Colour | None:
     own, _ = burg(residual, fitted)
     # behind a filter that removes everything an autoregression is singular to rounding
     return Colour(own.levelled(0.0, 0.0)) if own.order else None
-
-
-def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:
-    """The same of noise that is nowhere below its level near the motion's frequency.
-
-    Samples are even, of this ``phase``, shape (n,), and of a derivative of this ``order``.
-    """
-    noise = sensor_noise(residual, phase, fitted, noise_floor(residual, phase, order, fitted), even=True)
-    return Colour(noise.colour, noise.coloured_floor)
 
 
 def is_coloured(residual: Array, step: float, frequency: float) -> bool:

@@ -21,6 +21,7 @@ from friction_bayes.estimators.estimate import estimate
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.friction import Distribution
 from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.records.record import make_record
@@ -46,13 +47,11 @@ def _resisting_force(fit: CoulombFit) -> Array:
     takes energy; at rest what holds the system.
     """
     model = fit.model
-    time = model.segments[0].time
-    x, a = (model.predict_at(fit.z, 0, time, order=order) for order in (0, 2))
-    if x is None or a is None:
-        raise InputError(model.segments[0].decay.name, "the motion does not stay finite", "look at the fit")
-    mass, stiffness = model.mass_and_stiffness(model.record_parameters(fit.z, 0).frequency_ratio)
-    spring = stiffness * (np.sin(x.clean) if model.system.pendulum else x.clean)
-    return np.asarray(-(mass * a.clean + spring))
+    moved = model.predict_at(fit.z, 0, model.segments[0].time, order=2)
+    assert moved is not None
+    mass, stiffness = model.mass_and_stiffness(math.exp(float(model.value(fit.z, LOG_FREQUENCY_RATIO))))
+    x = np.sin(moved.displacement) if model.system.pendulum else moved.displacement
+    return np.asarray(-(mass * moved.clean + stiffness * x))
 
 
 def validate_force(segment: Segment, measured: ArrayLike) -> Array:
@@ -157,8 +156,11 @@ def paper_procedure(
     shares: dict[str, float] = {}
     last = friction
     for source, clock in (("effects", fine), ("coarse_sampling", moving)):
+        predicted = model.predict_at(z, 0, clock)
+        if predicted is None:
+            continue
         try:
-            read = _read_off(model, clock, _predicted(model, z, clock)).mean
+            read = _read_off(model, clock, predicted.signal).mean
         except InputError:
             continue
         shares[source] = read - last
@@ -196,10 +198,3 @@ def _read_off(model: LoopModel, time: Array, values: Array) -> Summary:
         warnings.simplefilter("ignore", RecordWarning)
         estimated = estimate(record, model.system, method=_METHOD)
     return Summary.of_distribution(estimated.friction, estimated.friction_unit)
-
-
-def _predicted(model: LoopModel, z: Array, time: Array) -> Array:
-    prediction = model.predict_at(z, 0, time)
-    if prediction is None:
-        raise InputError("prediction", "does not stay finite", "look at the fit")
-    return prediction.signal

@@ -33,7 +33,7 @@ def motion_trace(
     scale = factor * fit.law.unit_force
     fluctuation = FluctuationTrace(
         force=scale * fit.fluctuation[known],
-        sd=scale * fit.fluctuation_sd[known],
+        sd=scale * np.sqrt(fit.motion.covariance[known, 2, 2]),
         displacement=path.x[known],
         velocity=path.v[known] * fit.w0,
         friction=factor * float(np.median(draws.friction)),

@@ -27,6 +27,7 @@ from friction_bayes.loop.data.parameters import (
     DISPLACEMENT,
     FRICTION,
     LOG_FREQUENCY_RATIO,
+    SHARED,
     VELOCITY,
 )
 from friction_bayes.loop.infer.law_draws import DrawnLaws
@@ -246,7 +247,11 @@ def rival_prediction(
         return np.zeros(time.size) if moved is None else (moved.signal - base.signal) / step
 
     posterior = rival.covariance
-    law = [j for j, c in enumerate(model.coordinates) if not c.is_state and posterior[j, j] > 0.0]
+    law = [
+        j
+        for j, c in enumerate(model.coordinates)
+        if (c.effect or c.record == SHARED) and posterior[j, j] > 0.0
+    ]
     columns = []
     for j in law:
         step = min(_STEP, 0.1 * math.sqrt(posterior[j, j]))
@@ -328,7 +333,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     mine = chosen & (draws.chosen == shape)
     if np.count_nonzero(mine) < 2:
         return None
-    names = fit.sets.effects[shape]
+    names = fit.sets[shape]
     model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
     declared = fit.w0 / fit.record.system.natural_frequency
     change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])

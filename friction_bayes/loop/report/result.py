@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.displays import Shown
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import summary_arrays, summary_table
 from friction_bayes.core.text import interval90, number, set_words
+from friction_bayes.loop.data.prepared_record import Segment
 
-__all__ = ["FluctuationTrace", "ForecastTrace", "LoopReport", "RecordTrace"]
+__all__ = ["FluctuationTrace", "Forecast", "LoopReport", "RecordTrace"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,25 +48,38 @@ class FluctuationTrace:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ForecastTrace:
-    """The last part of a moving record, as both models forecast it from the first part.
+class Forecast:
+    """The last part of a moving record, measured and predicted from the first part.
 
     Attributes
     ----------
     time : ndarray, shape (n,)
         Seconds in the record.
-    signal, before, after : ndarray, shape (n,)
-        Measured, and forecast by the Coulomb model alone and by all laws, averaged.
-    sd : ndarray, shape (n,)
-        Of the latter: what the laws leave open, the random force from the last state on, and
-        the noise of the sensor.
+    signal : ndarray, shape (n,)
+        Measured.
+    mean, sd : ndarray, shape (n,)
+        Of the predictive distribution of the signal, noise of the sensor included.
+    free : ndarray of bool, shape (n,)
+        Samples that are not clipped: they are compared.
     """
 
     time: Array
     signal: Array
-    before: Array
-    after: Array
+    mean: Array
     sd: Array
+    free: Mask
+
+    @classmethod
+    def of(cls, segment: Segment, head: int, mean: Array, sd: Array) -> Forecast:
+        """Of the moving samples after the first ``head``."""
+        rest = slice(head, segment.moving)
+        time = segment.decay.start_time + segment.time[rest]
+        return cls(time=time, signal=segment.values[rest], mean=mean, sd=sd, free=segment.free[rest])
+
+    @property
+    def error(self) -> Array:
+        """Measured minus predicted, of the samples that are compared."""
+        return np.asarray((self.signal - self.mean)[self.free])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,8 +106,9 @@ class RecordTrace:
         a measured force was given.
     fluctuation : FluctuationTrace or None
         The random force, where there is one.
-    forecast : ForecastTrace or None
-        Of the part held out; None where either model could not be fitted to the part before.
+    forecasts : tuple of Forecast or None
+        Of the part held out, by the Coulomb model alone and by all laws; None where either could not be
+        fitted to the part before.
     """
 
     name: str
@@ -110,7 +126,7 @@ class RecordTrace:
     turning_points: Array
     forces: tuple[Array, ...] | None = None
     fluctuation: FluctuationTrace | None = None
-    forecast: ForecastTrace | None = None
+    forecasts: tuple[Forecast, Forecast] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -80,14 +80,8 @@ def reasons_against(
 
 def _spans(friction: tuple[float, float], witnesses: Mapping[str, Any]) -> bool:
     """Whether two witnesses agree, or the interval of friction reaches into those of both."""
-    return witnesses["agree"] or all(
-        _overlap(friction, witnesses[name]["interval90"]) for name in ("loss", "shape")
-    )
-
-
-def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two intervals overlap."""
-    return one[0] <= other[1] and other[0] <= one[1]
+    both = (witnesses[name]["interval90"] for name in ("loss", "shape"))
+    return witnesses["agree"] or all(low <= friction[1] and friction[0] <= high for low, high in both)
 
 
 def verdict(

@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 import friction_bayes as fb
 from friction_bayes.estimators.noise import noise_accounts as accounts_module
-from friction_bayes.estimators.noise.coulomb_regression import PlainDecay, PreparedDecay
+from friction_bayes.estimators.noise.coulomb_regression import Laid, PlainDecay, PreparedDecay
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts
 from friction_bayes.estimators.noise.noise_integral import over_noise
@@ -58,9 +58,9 @@ def test_a_filter_that_is_not_found_again_is_the_one_that_was_found(
     """Behind a filter the frequency differs: the record may be too short at it, or lack sizes of the kind."""
     prepared = PreparedDecay(plain_decay(0.0, rng))
     mean = kinds_for(1.0 / 3.0, 0)[0]
-    monkeypatch.setattr(PreparedDecay, "filters_along", lambda self, laid, only: FoundFilters())
+    monkeypatch.setattr(Laid, "filters_along", lambda self, only: FoundFilters())
     kind = FoundKind(mean.name, [(0.0, mean.of(2.0))])
-    ((share, laid),) = prepared.behind(kind, prepared.along_fit())
+    ((share, laid),) = prepared.along_fit().behind_kind(kind)
     assert share == 1.0
     assert laid.filter is kind.filters[0][1]
 

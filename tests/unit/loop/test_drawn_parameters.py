@@ -13,13 +13,13 @@ def test_a_parameter_is_drawn_with_the_law_that_it_shapes(rng: np.random.Generat
     """The parameter of a draw lies in the part of the prior that its own set of columns represents."""
     fit = fitted(bent_record(rng, 0.0), ("viscous_damping", "presliding", "stribeck_friction"))
     # weights of the prior, so that every shape is drawn at several sizes of the force
-    weight = np.ones_like(fit.posterior.weight) * np.exp(fit.sets.log_prior)
+    weight = np.ones_like(fit.posterior.weight) * np.exp(fit.regression.log_prior)
     draws = draw_laws(LawFit.of(fit), rng, 4000, weight).first
     for effect in ("presliding", "stribeck_friction"):
-        having = np.array([effect in fit.sets.effects[row] for row in draws.chosen])
+        having = np.array([effect in fit.sets[row] for row in draws.chosen])
         shapes = []
         for row in draws.chosen[having]:
-            held = [fit.law.columns[j] for j in np.flatnonzero(fit.sets.columns[row])]
+            held = [fit.law.columns[j] for j in np.flatnonzero(fit.regression.sets[row])]
             shapes.append(next(c.shape[0] for c in held if c.effect == effect))
         assert len(set(shapes)) > 2
         drawn = draws.parameters(effect, np.ones(having.size, np.bool_))[shapes[0].name]

@@ -49,7 +49,7 @@ def test_every_single_effect_is_evaluated(seed: int) -> None:
     (fit,) = evaluated(long_decay(seed=seed)).fit.fits
     # a line, outliers and clipped samples are there only where the record shows some
     for name in OFFERED[:7]:
-        assert frozenset({name}) in fit.sets.effects, name
+        assert frozenset({name}) in fit.sets, name
 
 
 @pytest.mark.parametrize(

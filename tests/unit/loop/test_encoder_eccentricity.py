@@ -54,7 +54,7 @@ def test_a_series_is_offered_as_its_extents_say(rng: np.random.Generator) -> Non
 
 def test_a_small_swing_cannot_tell_it_from_offset_and_gain(rng: np.random.Generator) -> None:
     fit = fitted(eccentric_record(rng, 0.002, release=0.4), OFFERED, WHEEL)
-    assert not any("encoder_eccentricity" in names for names in fit.sets.effects)
+    assert not any("encoder_eccentricity" in names for names in fit.sets)
 
 
 def test_a_sensor_of_displacement_has_no_turns() -> None:

@@ -44,9 +44,9 @@ def test_friction_that_changes_sign_along_the_way_is_no_candidate(slope: float, 
     assert fit is not None
     # the motion goes along a law that resists
     assert not fit.impossible[fit.chosen]
-    assert ("position_friction" in fit.sets.effects[fit.chosen]) != pushes
+    assert ("position_friction" in fit.sets[fit.chosen]) != pushes
     # what has no friction, or friction of one kind alone, cannot push
-    alone = np.array([not names & {"position_friction", "asymmetric_friction"} for names in fit.sets.effects])
+    alone = np.array([not names & {"position_friction", "asymmetric_friction"} for names in fit.sets])
     assert not fit.impossible[alone].any()
 
 
@@ -96,7 +96,7 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     names = ("viscous_damping", "random_force")
     segments = cut_records([record], SYSTEM)
     found = candidates_of(segments[:1], SYSTEM, loop_options(names), np.random.default_rng(2))
-    effects, likely = found.fit.sets.effects, found.fit.among(found.cells.total > 0.0).fits[0].chosen
+    effects, likely = found.fit.sets, found.fit.among(found.cells.total > 0.0).fits[0].chosen
     same = np.array([each == effects[likely] for each in effects])
     same[likely] = False
     assert same.any()
@@ -119,6 +119,6 @@ def test_a_record_that_no_law_explains_is_refused() -> None:
     (segment,) = cut_records([record], SYSTEM)
     fit = fit_random_force(segment, SYSTEM, ["sensor_offset"])
     assert fit is not None
-    nothing = LawFit.of(replace(fit, impossible=np.ones(len(fit.sets.effects), np.bool_)))
+    nothing = LawFit.of(replace(fit, impossible=np.ones(len(fit.sets), np.bool_)))
     with pytest.raises(InputError, match="no law whose friction resists the motion explains it"):
         cells_of(nothing)

@@ -33,12 +33,12 @@ def test_it_takes_no_energy_out_of_the_motion(rng: np.random.Generator) -> None:
 
 def test_a_small_swing_cannot_tell_it_from_a_spring(rng: np.random.Generator) -> None:
     fit = fitted(unbalanced_record(rng, 0.3, release=1.2), OFFERED, WHEEL)
-    assert not any("position_force" in names for names in fit.sets.effects)
+    assert not any("position_force" in names for names in fit.sets)
 
 
 def test_what_moves_along_a_line_has_none(rng: np.random.Generator) -> None:
     fit = fitted(sensed(unsteady_motion(rng)[0]), OFFERED, SYSTEM)
-    assert not any("position_force" in names for names in fit.sets.effects)
+    assert not any("position_force" in names for names in fit.sets)
     with pytest.raises(InputError, match="position_force"):
         fb.simulate(
             fb.Oscillator(mass=1.0, stiffness=100.0),

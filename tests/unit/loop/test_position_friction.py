@@ -31,7 +31,7 @@ def test_what_turns_half_a_turn_repeats_it_and_has_none(release: float, offered:
     t = np.arange(0.0, 10.0, 0.01)
     record = fb.make_record(t, release * (1.0 - 0.05 * t) * np.cos(10.0 * t), "angle")
     fit = fitted(record, ("viscous_damping", "position_friction"), WHEEL)
-    assert any("position_friction" in names for names in fit.sets.effects) == offered
+    assert any("position_friction" in names for names in fit.sets) == offered
 
 
 @pytest.mark.parametrize(

@@ -233,7 +233,7 @@ def test_a_lag_of_the_sensor_is_followed_until_the_turning_points_stay(seed: int
         fit = fit_random_force(*segments, SYSTEM, offered)
         assert fit is not None
         found = max(fit.coefficients[j] for j, c in enumerate(fit.law.columns) if c.effect)
-        only = fit.sets.effects[fit.chosen] == {"sensor_hysteresis"}
+        only = fit.sets[fit.chosen] == {"sensor_hysteresis"}
         return only and abs(found - half_width) < 0.06 * half_width
 
     assert at_least(3, map(right, range(4)))

@@ -46,12 +46,12 @@ def every_cell(fit: LawFit) -> np.ndarray:
 
 
 def test_coefficients_stay_in_their_support(fit: LawFit) -> None:
-    chosen = fit.sets.effects.index(frozenset({"viscous_damping"}))
+    chosen = fit.sets.index(frozenset({"viscous_damping"}))
     target = target_of_set(fit, chosen, forced=True)
     # the zero within a step is integrated out
-    assert len(target.names) == fit.sets.columns[chosen].sum() + 2
+    assert len(target.names) == fit.fits[0].regression.sets[chosen].sum() + 2
     assert np.isfinite(target.log_prob(target.centre[None])).all()
-    positive = np.flatnonzero(fit.law.positive[fit.sets.columns[chosen]])
+    positive = np.flatnonzero(fit.law.positive[fit.fits[0].regression.sets[chosen]])
     assert positive.size == 2
     for j in positive:
         theta = target.centre.copy()
@@ -60,7 +60,7 @@ def test_coefficients_stay_in_their_support(fit: LawFit) -> None:
 
 
 def test_closed_form_and_sampler_agree_on_friction(fit: LawFit) -> None:
-    assert fit.sets.effects[best_set(fit, forced=True)] == frozenset()
+    assert fit.sets[best_set(fit, forced=True)] == frozenset()
     check, _ = check_law(fit, every_cell(fit), 1.0, "N", seed=1, forced=True)
     assert check["converged"]
     assert check["rhat"] < 1.01
@@ -73,7 +73,7 @@ def test_a_positive_coefficient_near_zero(fit: LawFit, monkeypatch: pytest.Monke
     """Viscous damping that is not there: friction together with it is far from normal."""
     # over a thousand effective draws of friction: a fortieth of its sd
     monkeypatch.setattr("friction_bayes.loop.checks.sampler_check._MOST_STEPS", 1500)
-    viscous = fit.sets.effects.index(frozenset({"viscous_damping"}))
+    viscous = fit.sets.index(frozenset({"viscous_damping"}))
     alone = np.zeros(fit.posterior.weight.shape, np.bool_)
     alone[:, viscous] = True
     check, _ = check_law(fit, alone, 1.0, "N", seed=1, forced=True)
@@ -99,7 +99,7 @@ def test_the_target_without_a_force_is_the_closed_form(fit: LawFit) -> None:
         np.diag(target.covariance)
     )
     step = np.array([column.kind == "step" for column in fit.law.columns])
-    scaled = theta[:, :-1] / fit.law.scale[fit.sets.columns[chosen] & ~step]
+    scaled = theta[:, :-1] / fit.law.scale[fit.fits[0].regression.sets[chosen] & ~step]
     # the noise found with all columns of the set
     log_v = theta[:, -1] - math.log(fit.problem.only(chosen, step).evaluate(0.0, 1.0).full_noise2)
     prior = 0.5 * (scaled.shape[1] * log_v + (scaled**2).sum(axis=1) * np.expm1(-log_v))

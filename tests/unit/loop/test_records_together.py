@@ -341,9 +341,9 @@ def test_shapes_that_still_change_are_all_evaluated(seed: int, monkeypatch: pyte
     monkeypatch.setattr(law_fit, "_MOST_ROUNDS", 2)
     segments = cut_records(bent_releases(seed, STRIBECK), SYSTEM)
     fit = law_fit.fit_law(segments, SYSTEM, loop_options(BENT))
-    assert fit.sets.effects[fit.fits[0].chosen] == {"stribeck_friction"}
+    assert fit.sets[fit.fits[0].chosen] == {"stribeck_friction"}
     shapes = {each.shape for each in fit.law.columns if each.effect == "stribeck_friction"}
-    alone = [i for i, effects in enumerate(fit.sets.effects) if effects == {"stribeck_friction"}]
-    evaluated = fit.sets.columns[np.intersect1d(alone, fit.problem.number)]
+    alone = [i for i, effects in enumerate(fit.sets) if effects == {"stribeck_friction"}]
+    evaluated = fit.fits[0].regression.sets[np.intersect1d(alone, fit.problem.number)]
     columns = np.flatnonzero(evaluated.any(axis=0))
     assert {fit.law.columns[j].shape for j in columns} >= shapes

@@ -143,7 +143,7 @@ def test_each_record_has_its_own_line_of_interference(random_force: str) -> None
 def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
     segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
     joint = fit_law(segments, SYSTEM, loop_options(OFFERED))
-    rings = ["second_mode" in names for names in joint.sets.effects]
+    rings = ["second_mode" in names for names in joint.sets]
     assert joint.weight[:, rings].sum() > 0.99
 
 
@@ -180,6 +180,6 @@ def test_lines_come_beside_three_effects(rng: np.random.Generator) -> None:
     steady = 0.01 * RELEASE * np.sin(2.0 * np.pi * 7.0 * record["time"].values)
     fit = fitted(record + steady, (*OFFERED, "quadratic_drag", "cubic_stiffness"))
     assert {line.effect for line in fit.lines} == LINES
-    assert any(len(names - LINES - {"sensor_offset"}) == 3 and names >= LINES for names in fit.sets.effects)
+    assert any(len(names - LINES - {"sensor_offset"}) == 3 and names >= LINES for names in fit.sets)
     assert probability_of(fit, "second_mode") > 0.99
     assert probability_of(fit, "periodic_interference") > 0.99

@@ -57,5 +57,5 @@ def test_an_eccentric_encoder_is_bent_already() -> None:
         wheel,
     )
     both = {"sensor_nonlinearity", "encoder_eccentricity"}
-    assert any(both & names for names in fit.sets.effects)
-    assert not any(both <= names for names in fit.sets.effects)
+    assert any(both & names for names in fit.sets)
+    assert not any(both <= names for names in fit.sets)

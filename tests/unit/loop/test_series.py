@@ -54,7 +54,7 @@ def test_each_extent_is_evaluated_and_its_parameters_are_read(
         [(5.0, 5.0 * NARROW)] * 2,
     ]
     assert probability_of(fit, series) > 0.99
-    best = [fit.law.columns[j] for j in np.flatnonzero(fit.sets.columns[fit.chosen])]
+    best = [fit.law.columns[j] for j in np.flatnonzero(fit.regression.sets[fit.chosen])]
     assert {c.width for c in best if c.effect == series} == {width}
     drawn = draw_laws(LawFit.of(fit), rng, 400).first.parameters(series, np.ones(400, np.bool_))
     assert drawn["third"].mean() == pytest.approx(third, abs=0.003)

@@ -14,8 +14,8 @@ from unsteady_decays import RELEASE, bent_record, fitted
 @pytest.mark.parametrize("name", ["stribeck_friction", "presliding"])
 def test_shares_of_the_prior_follow_it(rng: np.random.Generator, name: str) -> None:
     fit = fitted(bent_record(rng, 0.0), ("viscous_damping", name))
-    alone = [j for j, names in enumerate(fit.sets.effects) if names == {name}]
-    share = np.exp(fit.sets.log_prior[alone])
+    alone = [j for j, names in enumerate(fit.sets) if names == {name}]
+    share = np.exp(fit.regression.log_prior[alone])
     share /= share.sum()
     shapes = [next(c.shape[0] for c in _of(fit, name, j)) for j in alone]
     ends = np.array([[shape.low, shape.high] for shape in shapes])
@@ -28,5 +28,5 @@ def test_shares_of_the_prior_follow_it(rng: np.random.Generator, name: str) -> N
 
 
 def _of(fit: ForceFit, name: str, row: int) -> list[LawColumn]:
-    held = np.flatnonzero(fit.sets.columns[row])
+    held = np.flatnonzero(fit.regression.sets[row])
     return [fit.law.columns[j] for j in held if fit.law.columns[j].effect == name]

@@ -58,7 +58,7 @@ def test_hysteresis_in_the_law_takes_most_of_it_away(rng: np.random.Generator) -
     seed = int(rng.integers(2**32))
     deceived, _ = heard(np.random.default_rng(seed), held=0.5 * FRICTION)
     found, fit = heard(np.random.default_rng(seed), held=0.5 * FRICTION, effects=("sensor_hysteresis",))
-    assert fit.sets.effects[fit.chosen] == {"sensor_hysteresis"}
+    assert fit.sets[fit.chosen] == {"sensor_hysteresis"}
     assert abs(found["shape"]["mean"] - FRICTION) < 0.15 * abs(deceived["shape"]["mean"] - FRICTION)
     assert found["loss"]["mean"] == pytest.approx(FRICTION, abs=4.0 * found["loss"]["sd"])
 

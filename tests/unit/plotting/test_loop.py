@@ -214,16 +214,16 @@ def test_all_figures_by_name(loop_report: LoopReport) -> None:
 
 def test_the_held_out_part_is_drawn_with_its_band(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
-    ahead = record.forecast
-    assert ahead is not None
+    assert record.forecasts is not None
+    before, ahead = record.forecasts
     upper, lower = plot_forecast(record).axes
     drawn = [np.asarray(line.get_ydata()) for line in upper.lines]
-    for ours, theirs in zip(drawn, (ahead.signal, ahead.before, ahead.after), strict=True):
+    for ours, theirs in zip(drawn, (ahead.signal, before.mean, ahead.mean), strict=True):
         np.testing.assert_array_equal(ours, theirs)
     corners = lower.collections[0].get_paths()[0].vertices
     assert np.max(corners[:, 1]) == pytest.approx(1.645 * ahead.sd[0])
-    np.testing.assert_array_equal(lower.lines[1].get_ydata(), ahead.signal - ahead.after)
-    without = replace(loop_report, traces=(replace(record, forecast=None),))
+    np.testing.assert_array_equal(lower.lines[1].get_ydata(), ahead.signal - ahead.mean)
+    without = replace(loop_report, traces=(replace(record, forecasts=None),))
     assert "forecast" not in loop_figures(without)
 
 
