@@ -33,12 +33,7 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.high_passes import (
-    Likelihood,
-    filters_near,
-    likeliest_corner,
-    likelihood_behind,
-)
+from friction_bayes.estimators.noise.high_passes import MotionBehind, filters_near, likeliest_corner
 from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
     FORCES,
@@ -407,13 +402,13 @@ class Laid:
             filters = filters_near(kind, corner, sd, path._log_evidence_behind)
             yield kind.name, [(each, path.behind(each)) for each in filters]
 
-    def _motion_behind(self) -> Likelihood:
+    def _motion_behind(self) -> MotionBehind:
         """Log likelihood of the motion and its dry friction behind a filter."""
         regression = self.regression
         moving = np.array([name in _OF_MOTION for name in regression.names])
         signal = np.where(regression.clock.used, self.signal, np.nan)
         known = self.signal - regression.target
-        return likelihood_behind(signal, known, regression.columns[:, moving], self.angle)
+        return MotionBehind(signal, known, regression.columns[:, moving], self.angle)
 
     def _log_evidence_behind(self, filter_: RecordingFilter | None) -> float:
         """Of the law without a random force, behind a filter or none."""

@@ -15,6 +15,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp, softmax
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import least_squares_residual, varying_swing
 from friction_bayes.estimators.noise.recording_filters import (
     FILTERED,
@@ -25,7 +26,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     margin,
 )
 
-__all__ = ["Likelihood", "filters_near", "likeliest_corner", "likelihood_behind", "likely_high_passes"]
+__all__ = ["Likelihood", "MotionBehind", "filters_near", "likeliest_corner", "likely_high_passes"]
 
 Likelihood = Callable[[RecordingFilter | None], float]
 """Logarithm of the likelihood of a record behind a filter, or none."""
@@ -42,7 +43,7 @@ _NODES = np.arange(-2.0, 2.5)
 """Corners that stand for all, in standard deviations from the most likely."""
 
 
-def likelihood_behind(signal: Array, known: Array, columns: Array, angle: float) -> Likelihood:
+class MotionBehind:
     """The likelihood of a record in white noise, forces other than dry friction being a swing that varies.
 
     Parameters
@@ -56,22 +57,28 @@ def likelihood_behind(signal: Array, known: Array, columns: Array, angle: float)
     angle : float
         Of the motion [rad/sample].
     """
-    left_out = margin(angle)
-    inner = np.isfinite(signal)
-    inner[:left_out] = inner[signal.size - left_out :] = False
-    through = Through(np.column_stack([columns, known]))
-    always = np.vstack([np.ones(signal.size), varying_swing(signal.size, angle)])[:, inner]
 
-    def log_likelihood(filter_: RecordingFilter | None) -> float:
-        if filter_ is None:
-            shown, memory = np.column_stack([columns, known]).T, np.empty((0, signal.size))
-        else:
-            shown, memory = through.rows(filter_), filter_.memory(signal.size).T
-        rows = np.vstack([always, shown[:-1, inner], memory[:, inner]])
-        left, _ = least_squares_residual(signal[inner] - shown[-1, inner], rows)
-        return -0.5 * left.size * math.log(float(left @ left)) - 0.5 * len(memory) * math.log(left.size)
+    def __init__(self, signal: Array, known: Array, columns: Array, angle: float) -> None:
+        left_out = margin(angle)
+        self._inner = np.isfinite(signal)
+        self._inner[:left_out] = self._inner[signal.size - left_out :] = False
+        self._signal, self._motion = signal, np.column_stack([columns, known])
+        self._through = Through(self._motion)
+        self._always = np.vstack([np.ones(signal.size), varying_swing(signal.size, angle)])
 
-    return log_likelihood
+    def left(self, filter_: RecordingFilter | None) -> Array:
+        """Residual behind a filter, or none, at the samples that count."""
+        shown, inner = self._motion.T if filter_ is None else self._through.rows(filter_), self._inner
+        rows = np.vstack([self._always, shown[:-1], *self._memory(filter_)])[:, inner]
+        return least_squares_residual((self._signal - shown[-1])[inner], rows)[0]
+
+    def _memory(self, filter_: RecordingFilter | None) -> list[Array]:
+        return [] if filter_ is None else [filter_.memory(self._signal.size).T]
+
+    def __call__(self, filter_: RecordingFilter | None) -> float:
+        """Logarithm of the likelihood behind a filter, or none."""
+        left, memory = self.left(filter_), sum(map(len, self._memory(filter_)))
+        return -0.5 * left.size * math.log(float(left @ left)) - 0.5 * memory * math.log(left.size)
 
 
 def likely_high_passes(
@@ -79,12 +86,12 @@ def likely_high_passes(
 ) -> list[tuple[float, RecordingFilter]]:
     """High passes that a record rather went through than none, with their shares, the most probable first.
 
-    Arguments are those of :func:`likelihood_behind`, and the order of the derivative that is measured. None
-    of an acceleration, in the jumps of which the spectra show them.
+    Arguments are those of :class:`MotionBehind`, and the order of the derivative that is measured. None
+    of an acceleration, in the jumps of which the spectra show them, nor where what is left is not white.
     """
     if order == 2 or signal.size < 4 * margin(angle):
         return []
-    log_likelihood = likelihood_behind(signal, known, columns, angle)
+    log_likelihood = MotionBehind(signal, known, columns, angle)
     found = []
     for kind in kinds_for(angle, order):
         if kind.high_pass and kind.sizes.size:
@@ -94,6 +101,8 @@ def likely_high_passes(
     if not found or logsumexp(values) < math.log1p(-FILTERED) + log_likelihood(None):
         return []
     shares = softmax(values)
+    if not whiteness(log_likelihood.left(found[int(np.argmax(values))])).white:
+        return []
     return [(float(shares[k]), found[k]) for k in np.argsort(-shares)]
 
 

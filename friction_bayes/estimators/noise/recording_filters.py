@@ -303,6 +303,8 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
     kinds += [_bessel(angle), *(_resonance(angle, damping) for damping in _OF_MOUNTS)]
+    # in an acceleration the spectra tell a high pass from none by its jumps
+    kinds += [_settling_zero(angle)] if order < 2 else []
     # of what moves, not where it is
     kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS if order > 0]
     derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
@@ -569,6 +571,22 @@ def _gaussian(angle: float) -> FilterKind:
         angle,
         lambda corner: f"Gaussian weights of sd {half / (corner * angle):.3g} samples",
         response,
+    )
+
+
+def _settling_zero(angle: float) -> FilterKind:
+    """What an AC coupling remembers of the time before, and nothing else of it: the motion as it is."""
+
+    def response(omega: Array, *, corner: float) -> Array:
+        return np.ones(np.shape(omega), np.complex128)
+
+    return _of_corner(
+        "settling zero",
+        angle,
+        lambda corner: f"a zero that settles at {corner:.2g} times the motion's frequency",
+        response,
+        lambda corner: np.array([-corner + 0.0j]),
+        _COUPLING,
     )
 
 

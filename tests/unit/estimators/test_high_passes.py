@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from friction_bayes.estimators.noise.high_passes import (
+    MotionBehind,
     filters_near,
     likeliest_corner,
-    likelihood_behind,
     likely_high_passes,
 )
 from friction_bayes.estimators.noise.recording_filters import Through, kinds_for
@@ -32,7 +32,7 @@ def behind(corner: float, order: int, rng: np.random.Generator) -> np.ndarray:
 @pytest.mark.parametrize("corner", [0.02, 0.1, 0.3])
 def test_the_corner_is_found(corner: float, rng: np.random.Generator) -> None:
     (kind,) = (each for each in kinds_for(ANGLE, 0) if each.name == "AC coupling")
-    log_likelihood = likelihood_behind(behind(corner, 0, rng), KNOWN, SWING, ANGLE)
+    log_likelihood = MotionBehind(behind(corner, 0, rng), KNOWN, SWING, ANGLE)
     found, sd = likeliest_corner(kind, log_likelihood)
     # false alarm 1e-4
     assert abs(math.log(found / (corner * ANGLE))) < 4.0 * sd + 1e-3
