@@ -134,9 +134,11 @@ def record_from_table(
             "name it time_s, or give --time-column or --sampling-rate",
         )
     chosen = name or column.attrs.get("name") or Path(place).name
-    record = make_record(
-        time, values if factor == 1.0 else factor * values, kind.name, unit=unit, name=chosen
-    )
+    if factor != 1.0:
+        # what is too large then is refused like any number that is not finite
+        with np.errstate(over="ignore"):
+            values = factor * values
+    record = make_record(time, values, kind.name, unit=unit, name=chosen)
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
     record.attrs["read"] = f"{_with_unit(signal_name, unit)} {clock}"
     rows = column.rows
