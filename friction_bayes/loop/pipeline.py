@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.blas import single_threaded_blas
+from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import words
@@ -113,8 +115,11 @@ def close_loop(
     scales = scales_of(segments, system)
     rng, rng_report = np.random.default_rng(options.seed).spawn(2)
     candidates = candidates_of(segments, system, options, rng, progress)
-    if candidates.needs_more and (free := _while_free(given, segments, system)) != segments:
-        candidates = candidates_of(free, system, options, rng, progress)
+    if candidates.needs_more:
+        # what is left of it may be too short
+        with suppress(InputError):
+            if (free := _while_free(given, segments, system)) != segments:
+                candidates = candidates_of(free, system, options, rng, progress)
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report

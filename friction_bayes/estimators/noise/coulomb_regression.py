@@ -389,8 +389,7 @@ class Laid:
         Like those of :meth:`behind_kind` they go along the motion that the record shows through such a
         filter. None of an acceleration, in the jumps of which the spectra show them.
         """
-        even = self.regression.clock.even
-        if self.order == 2 or not even or self.signal.size < 4 * margin(self.angle):
+        if self.order == 2 or not self.regression.clock.even or not self._motion_behind().determined:
             return
         for kind in kinds_for(self.angle, self.order):
             if not kind.high_pass or kind.sizes.size == 0:

@@ -31,6 +31,10 @@ __all__ = ["Likelihood", "MotionBehind", "filters_near", "likeliest_corner", "li
 Likelihood = Callable[[RecordingFilter | None], float]
 """Logarithm of the likelihood of a record behind a filter, or none."""
 
+_DRIFT = 2
+"""Degree of the polynomial by which the zero of a recording may drift."""
+_MOST_MEMORY = 2
+"""Coefficients of what a high pass remembers of the time before."""
 _TRIED = 16
 """Corners among which the most likely is found: as densely as a hump of the likelihood is wide."""
 _CLOSE = 1e-4
@@ -64,7 +68,8 @@ class MotionBehind:
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
         self._signal, self._motion = signal, np.column_stack([columns, known])
         self._through = Through(self._motion)
-        self._always = np.vstack([np.ones(signal.size), varying_swing(signal.size, angle)])
+        drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, signal.size), _DRIFT).T
+        self._always = np.vstack([drift, varying_swing(signal.size, angle)])
 
     def left(self, filter_: RecordingFilter | None) -> Array:
         """Residual behind a filter, or none, at the samples that count."""
@@ -78,7 +83,17 @@ class MotionBehind:
     def __call__(self, filter_: RecordingFilter | None) -> float:
         """Logarithm of the likelihood behind a filter, or none."""
         left, memory = self.left(filter_), sum(map(len, self._memory(filter_)))
-        return -0.5 * left.size * math.log(float(left @ left)) - 0.5 * memory * math.log(left.size)
+        freedom = left.size - self._rows - memory
+        return -0.5 * freedom * math.log(float(left @ left)) - 0.5 * memory * math.log(left.size)
+
+    @property
+    def _rows(self) -> int:
+        return len(self._always) + self._motion.shape[1] - 1
+
+    @property
+    def determined(self) -> bool:
+        """Whether the samples that count are enough to show what a filter does: twice the coefficients."""
+        return int(np.count_nonzero(self._inner)) >= 2 * (self._rows + _MOST_MEMORY)
 
 
 def likely_high_passes(
@@ -89,9 +104,9 @@ def likely_high_passes(
     Arguments are those of :class:`MotionBehind`, and the order of the derivative that is measured. None
     of an acceleration, in the jumps of which the spectra show them, nor where what is left is not white.
     """
-    if order == 2 or signal.size < 4 * margin(angle):
-        return []
     log_likelihood = MotionBehind(signal, known, columns, angle)
+    if order == 2 or not log_likelihood.determined:
+        return []
     found = []
     for kind in kinds_for(angle, order):
         if kind.high_pass and kind.sizes.size:

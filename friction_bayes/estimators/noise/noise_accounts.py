@@ -601,7 +601,9 @@ def _behind(unfiltered: _Unfiltered) -> list[NoiseAccount]:
         # an unlikely one has to leave no force where likely ones leave one
         if sizes == 0 and max(kind.log_evidence, kind.log_unlisted) < log_none:
             continue
-        found += _behind_kind(behind.get(kind.name) or laid.behind_kind(kind)[: sizes or None], kind)
+        in_time = behind.get(kind.name)
+        each = in_time or laid.behind_kind(kind)[: sizes or None]
+        found += _behind_kind(each, kind, by_spectra=in_time is None)
         log_none = _log_evidence_of_filters(found)
     if not found:
         return []
@@ -679,9 +681,12 @@ def _log_evidence_of_filters(found: Sequence[_InEvidence]) -> float:
     return float(np.logaddexp.reduce([-math.inf, *(value for each, value in found if not each.forced)]))
 
 
-def _behind_kind(behind: Sequence[tuple[float, Laid]], kind: FoundKind) -> list[_InEvidence]:
+def _behind_kind(
+    behind: Sequence[tuple[float, Laid]], kind: FoundKind, *, by_spectra: bool
+) -> list[_InEvidence]:
     """Accounts ``behind`` the most probable filters of a kind, with their shares, and others like the first.
 
+    The odds against a force count where the kind is known ``by_spectra``, not by the whole record.
     Where a force is improbable behind one, it is not evaluated behind the less probable ones, which differ
     little: the odds are the same, and its accounts there stand for all of these.
     """
@@ -703,7 +708,7 @@ def _behind_kind(behind: Sequence[tuple[float, Laid]], kind: FoundKind) -> list[
         else:
             odds = log_odds
         left -= share
-        log_kind = kind.log_evidence - log_none - odds
+        log_kind = kind.log_evidence - log_none - (odds if by_spectra else 0.0)
         listed = [
             (part, log_kind + math.log(of_force if part.forced else share) + part.log_evidence)
             for part in parts
