@@ -90,7 +90,7 @@ class Candidates:
 
     @property
     def needs_more(self) -> bool:
-        """Whether dry friction, and what a sensor adds to any motion, fail to explain or forecast a record."""
+        """Whether dry friction, and what a sensor adds to any motion, fail to explain or forecast it."""
         if not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best) or self.tests.failed:
             return True
         inside = forecast_errors(self.where_fitted(self.forecasts))["inside90"]
