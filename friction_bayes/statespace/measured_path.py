@@ -112,6 +112,11 @@ class MeasuredPath:
     turning: Array
     turning_x: Array
 
+    @property
+    def angle(self) -> float:
+        """Phase from sample to sample, on average."""
+        return float(self.phase[-1] - self.phase[0]) / (self.phase.size - 1)
+
     @classmethod
     def through(
         cls, phase: Array, x: Array, v: Array, v_sd: Array | None = None, *, pendulum: bool = False

@@ -189,11 +189,6 @@ class Laid:
         return self.frequency**self.order
 
     @property
-    def angle(self) -> float:
-        """Of the motion, evenly sampled [rad/sample]."""
-        return float(self.path.phase[-1] - self.path.phase[0]) / (self.path.phase.size - 1)
-
-    @property
     def signal(self) -> Array:
         """The signal in natural units, shape (n,)."""
         return self.prepared.signal / self.unit
@@ -391,7 +386,7 @@ class Laid:
         """
         if self.order == 2 or not self.regression.clock.even or not self._motion_behind().determined:
             return
-        for kind in kinds_for(self.angle, self.order):
+        for kind in kinds_for(self.path.angle, self.order):
             if not kind.high_pass or kind.sizes.size == 0:
                 continue
             path, (corner, sd) = self, likeliest_corner(kind, self._motion_behind())
@@ -407,7 +402,7 @@ class Laid:
         moving = np.array([name in _OF_MOTION for name in regression.names])
         signal = np.where(regression.clock.used, self.signal, np.nan)
         known = self.signal - regression.target
-        return MotionBehind(signal, known, regression.columns[:, moving], self.angle)
+        return MotionBehind(signal, known, regression.columns[:, moving], self.path.angle)
 
     def _log_evidence_behind(self, filter_: RecordingFilter | None) -> float:
         """Of the law without a random force, behind a filter or none."""

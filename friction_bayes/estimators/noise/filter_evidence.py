@@ -49,10 +49,10 @@ from friction_bayes.statespace.regression import RIDGE, near_least_squares
 __all__ = [
     "FoundFilters",
     "FoundKind",
+    "drift_and_swing",
     "filters_along",
     "least_squares_residual",
     "likely_filters",
-    "varying_swing",
 ]
 
 _LOOKED_AT = 4096
@@ -252,10 +252,9 @@ def filters_along(
     and meaning, is as for :func:`likely_filters`.
     """
     corners = np.hstack([columns, corner_columns(path)])
-    angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
     averaged = columns.copy()
     averaged[:, friction] -= path.missed_jumps(order)
-    return likely_filters(signal, known, columns, corners, angle, order, averaged=averaged, only=only)
+    return likely_filters(signal, known, columns, corners, path.angle, order, averaged=averaged, only=only)
 
 
 def _filled(signal: Array, rows: Array) -> Array:
@@ -345,8 +344,7 @@ class _Spectra:
 
     def __init__(self, signal: Array, rows: Array, angle: float, order: int) -> None:
         self._amplitude = float(np.max(np.abs(signal)))
-        drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, signal.size), _DRIFT).T
-        self._slow = np.vstack([drift, varying_swing(signal.size, angle)])
+        self._slow = drift_and_swing(signal.size, angle)
         left, _ = least_squares_residual(signal, np.vstack([self._slow, rows]))
         coefficients, _ = burg_recursion(
             left / math.sqrt(float(left @ left) / left.size), most_lags(signal.size)
@@ -495,11 +493,11 @@ class _Spectra:
         return np.asarray(seen.sum(axis=1) + hidden.sum(axis=1))
 
 
-def varying_swing(samples: int, angle: float) -> Array:
-    """Rows of a swing of varying amplitude and phase, shape (p, samples)."""
+def drift_and_swing(samples: int, angle: float) -> Array:
+    """Rows of a zero that drifts, and of a swing of varying amplitude and phase, shape (p, samples)."""
     place, phase = np.linspace(-1.0, 1.0, samples), angle * np.arange(samples)
-    swings = np.polynomial.legendre.legvander(place, _SWINGS).T
-    return np.vstack([swings * np.cos(phase), swings * np.sin(phase)])
+    drift, swings = (np.polynomial.legendre.legvander(place, degree).T for degree in (_DRIFT, _SWINGS))
+    return np.vstack([drift, swings * np.cos(phase), swings * np.sin(phase)])
 
 
 def least_squares_residual(signal: Array, rows: Array, noise_over_size: float = 0.0) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from scipy.special import logsumexp, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.estimators.noise.filter_evidence import least_squares_residual, varying_swing
+from friction_bayes.estimators.noise.filter_evidence import drift_and_swing, least_squares_residual
 from friction_bayes.estimators.noise.recording_filters import (
     FILTERED,
     FilterKind,
@@ -31,8 +31,6 @@ __all__ = ["Likelihood", "MotionBehind", "filters_near", "likeliest_corner", "li
 Likelihood = Callable[[RecordingFilter | None], float]
 """Logarithm of the likelihood of a record behind a filter, or none."""
 
-_DRIFT = 2
-"""Degree of the polynomial by which the zero of a recording may drift."""
 _MOST_MEMORY = 2
 """Coefficients of what a high pass remembers of the time before."""
 _TRIED = 16
@@ -68,8 +66,7 @@ class MotionBehind:
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
         self._signal, self._motion = signal, np.column_stack([columns, known])
         self._through = Through(self._motion)
-        drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, signal.size), _DRIFT).T
-        self._always = np.vstack([drift, varying_swing(signal.size, angle)])
+        self._always = drift_and_swing(signal.size, angle)
 
     def left(self, filter_: RecordingFilter | None) -> Array:
         """Residual behind a filter, or none, at the samples that count."""

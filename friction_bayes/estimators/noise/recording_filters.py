@@ -580,24 +580,22 @@ def _settling_zero(angle: float) -> FilterKind:
     def response(omega: Array, *, corner: float) -> Array:
         return np.ones(np.shape(omega), np.complex128)
 
-    return _of_corner(
-        "settling zero",
-        angle,
-        lambda corner: f"a zero that settles at {corner:.2g} times the motion's frequency",
-        response,
-        lambda corner: np.array([-corner + 0.0j]),
-        _COUPLING,
-    )
+    return _of_first_order("settling zero", "a zero that settles at", angle, response)
 
 
 def _couplings(angle: float) -> FilterKind:
     def response(omega: Array, *, corner: float) -> Array:
         return np.asarray(1j * omega / (1j * omega + corner))
 
+    return _of_first_order("AC coupling", "an AC coupling, corner at", angle, response)
+
+
+def _of_first_order(name: str, words: str, angle: float, response: Callable[..., Array]) -> FilterKind:
+    """High passes that forget at their corner."""
     return _of_corner(
-        "AC coupling",
+        name,
         angle,
-        lambda corner: f"an AC coupling, corner at {corner:.2g} times the motion's frequency",
+        lambda corner: f"{words} {corner:.2g} times the motion's frequency",
         response,
         lambda corner: np.array([-corner + 0.0j]),
         _COUPLING,

@@ -387,8 +387,8 @@ def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
         return None
     plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
     signal, friction = np.where(missing, np.nan, found.regression.target + law.known), len(law.always)
-    order, angle = found.segment.order, float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
+    order = found.segment.order
     filters = filters_along(path, order, signal, law.known, plain, friction)
     likely = filters.likely if filters.probability > 0.5 else []
-    likely = likely or likely_high_passes(signal, law.known, plain[:, :-1], angle, order)
+    likely = likely or likely_high_passes(signal, law.known, plain[:, :-1], path.angle, order)
     return blended(likely, law.read.values) if likely else None
