@@ -627,7 +627,7 @@ def _high_passes(unfiltered: _Unfiltered) -> list[tuple[FoundKind, list[tuple[fl
     found = []
     for name, corners in unfiltered.laid.behind_high_passes():
         laws = [best.laid, *(each for _, each in corners)]
-        same = np.max([each.regression.clock.variance for each in laws], axis=0)
+        same = np.maximum.reduce([each.regression.clock.variance for each in laws])
         none = best.along(best.laid.with_variance(same)).log_evidence
         none += unfiltered.log_evidence - best.log_evidence + math.log1p(-FILTERED)
         values = [
