@@ -33,7 +33,12 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.high_passes import MotionBehind, filters_near, likeliest_corner
+from friction_bayes.estimators.noise.high_passes import (
+    MotionBehind,
+    filters_near,
+    likeliest_corner,
+    likely_high_passes,
+)
 from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
     FORCES,
@@ -395,6 +400,11 @@ class Laid:
                 corner, sd = likeliest_corner(kind, path._motion_behind())
             filters = filters_near(kind, corner, sd, path._log_evidence_behind)
             yield kind.name, [(each, path.behind(each)) for each in filters]
+
+    @property
+    def rather_behind_high_pass(self) -> bool:
+        """Whether the record rather went through a high pass, even next to any drift."""
+        return self.regression.clock.even and bool(likely_high_passes(self._motion_behind(), self.order))
 
     def _motion_behind(self) -> MotionBehind:
         """Log likelihood of the motion and its dry friction behind a filter."""

@@ -13,8 +13,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import gammaln
 
-from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, record_evidence
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
 
 __all__ = ["log_odds_of_hold"]
@@ -38,25 +39,41 @@ def log_odds_of_hold(
     whole, rest : sequence of NoiseAccount
         Of the record, and of what is left of it; behind no filter.
     border : float
-        Between what was held and the rest, from the first sample of the whole [s].
+        Between two samples, of what was held and of the rest, from the first one of the whole [s].
     half_cycles : int
         That were held.
     at_end : bool
         Whether these are after the border.
     """
-    best = max(rest, key=lambda account: account.probability)
-    if best.coloured or best.weaker_above:
+    white = [each for each in rest if each.of_white_noise]
+    if sum(each.probability for each in white) < 0.5:
         return -math.inf
-    all_of_it, after = record_evidence(whole), record_evidence(rest)
-    held = (all_of_it.time < border) != at_end
+    best = _most_probable(whole)
+    prepared, used = best.laid.prepared, best.laid.regression.clock.used
+    time, signal = prepared.time[used], prepared.signal[used]
+    held = (time < border) != at_end
     degrees = curve_degrees(half_cycles, int(np.count_nonzero(held)))
     if not degrees:
         return -math.inf
     # in units of the noise, one sample more or less in the rest is worth little
-    noise = after.noise
-    free = all_of_it.log_density_over(noise) - after.log_density_over(noise)
-    amplitude = float(np.max(np.abs(all_of_it.signal)))
-    time, signal = all_of_it.time[held], all_of_it.signal[held]
+    after = _most_probable(white)
+    noise = after.laid.unit * after.posterior.noise_sd
+    free = _log_density(whole, noise) - _log_density(rest, noise)
+    amplitude = float(np.max(np.abs(signal)))
+    time, signal = time[held], signal[held]
     place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, breaks=half_cycles + 1)
     return _LOG_PRIOR_ODDS + by_curve - free
+
+
+def _log_density(accounts: Sequence[NoiseAccount], unit: float) -> float:
+    """Log density of the samples that count, in a unit, averaged over all accounts of a record."""
+    best = _most_probable(accounts)
+    samples = int(np.count_nonzero(best.laid.regression.clock.used))
+    # accounts compare without what all have of the integral over the noise
+    shared = float(gammaln(0.5 * samples)) - 0.5 * samples * math.log(2.0 * math.pi)
+    return best.log_evidence - math.log(best.probability) + shared + samples * math.log(unit)
+
+
+def _most_probable(accounts: Sequence[NoiseAccount]) -> NoiseAccount:
+    return max(accounts, key=lambda account: account.probability)

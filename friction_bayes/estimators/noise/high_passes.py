@@ -1,7 +1,7 @@
 """The corner of a high pass that a record went through, by what that makes of the motion.
 
-White noise is white behind it too, but for the lowest frequencies, so that a spectrum does not show it: the
-law behind it, with what it remembers of the time before, fits the samples, and the law without does not.
+White noise is almost white behind it too, so that no spectrum shows it. But the motion behind it, with what
+it remembers of the time before the record, fits the samples, and the motion itself does not.
 """
 
 from __future__ import annotations
@@ -46,7 +46,10 @@ _NODES = np.arange(-2.0, 2.5)
 
 
 class MotionBehind:
-    """The likelihood of a record in white noise, forces other than dry friction being a swing that varies.
+    """The likelihood of a record of a motion in white noise, behind a high pass or none.
+
+    A drift, and a swing that varies along the record in place of other forces than dry friction, are fitted
+    beside the columns.
 
     Parameters
     ----------
@@ -55,13 +58,13 @@ class MotionBehind:
     known : ndarray, shape (n,)
         What of them has no coefficient.
     columns : ndarray, shape (n, p)
-        Of the motion, without its rest position, of which nothing is left.
+        Of the motion; without its rest position, which a high pass removes.
     angle : float
         Of the motion [rad/sample].
     """
 
     def __init__(self, signal: Array, known: Array, columns: Array, angle: float) -> None:
-        left_out = margin(angle)
+        self.angle, left_out = angle, margin(angle)
         self._inner = np.isfinite(signal)
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
         self._signal, self._motion = signal, np.column_stack([columns, known])
@@ -93,19 +96,16 @@ class MotionBehind:
         return int(np.count_nonzero(self._inner)) >= 2 * (self._rows + _MOST_MEMORY)
 
 
-def likely_high_passes(
-    signal: Array, known: Array, columns: Array, angle: float, order: int
-) -> list[tuple[float, RecordingFilter]]:
+def likely_high_passes(log_likelihood: MotionBehind, order: int) -> list[tuple[float, RecordingFilter]]:
     """High passes that a record rather went through than none, with their shares, the most probable first.
 
-    Arguments are those of :class:`MotionBehind`, and the order of the derivative that is measured. None
-    of an acceleration, in the jumps of which the spectra show them, nor where what is left is not white.
+    Given the order of the derivative that is measured: none of an acceleration, in the jumps of which the
+    spectra show them. Nor where what is left is not white.
     """
-    log_likelihood = MotionBehind(signal, known, columns, angle)
     if order == 2 or not log_likelihood.determined:
         return []
     found = []
-    for kind in kinds_for(angle, order):
+    for kind in kinds_for(log_likelihood.angle, order):
         if kind.high_pass and kind.sizes.size:
             corner, sd = likeliest_corner(kind, log_likelihood)
             found += filters_near(kind, corner, sd, log_likelihood)
@@ -122,7 +122,7 @@ def likeliest_corner(kind: FilterKind, log_likelihood: Likelihood) -> tuple[floa
     """The corner [rad/sample] of a kind behind which a record is most likely, and its relative sd."""
     low, high = (math.log(each) for each in kind.sizes[[0, -1]])
     tried = np.linspace(low, high, _TRIED)
-    values = [log_likelihood(kind.of(math.exp(each))) for each in tried]
+    values = [log_likelihood(_of_known(kind, math.exp(each))) for each in tried]
     return _peak(kind, log_likelihood, float(tried[np.argmax(values)]), tried[1] - tried[0])
 
 
@@ -137,9 +137,14 @@ def filters_near(
     corners = best * np.exp(sd * _NODES)
     low, high = kind.sizes[[0, -1]]
     log_prior = math.log(kind.prior * sd / math.log(high / low))
-    found = [kind.of(each) for each in corners[(corners >= low) & (corners <= high)].tolist()]
-    # the first doubt is of the corner
-    return [replace(each, doubts=each.doubts[1:], log_prior=log_prior) for each in found]
+    found = [_of_known(kind, each) for each in corners[(corners >= low) & (corners <= high)].tolist()]
+    return [replace(each, log_prior=log_prior) for each in found]
+
+
+def _of_known(kind: FilterKind, corner: float) -> RecordingFilter:
+    """The filter of a kind whose corner is known: without its first doubt, which is of the corner."""
+    filter_ = kind.of(corner)
+    return replace(filter_, doubts=filter_.doubts[1:])
 
 
 def _peak(kind: FilterKind, log_likelihood: Likelihood, near: float, within: float) -> tuple[float, float]:
@@ -147,7 +152,7 @@ def _peak(kind: FilterKind, log_likelihood: Likelihood, near: float, within: flo
     low, high = (math.log(each) for each in kind.sizes[[0, -1]])
 
     def loss(log_corner: float) -> float:
-        return -log_likelihood(kind.of(math.exp(log_corner)))
+        return -log_likelihood(_of_known(kind, math.exp(log_corner)))
 
     between = max(near - within, low), min(near + within, high)
     best = minimize_scalar(loss, bounds=between, method="bounded", options={"xatol": _CLOSE})

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
-from scipy.special import expit, gammaln, logsumexp, softmax
+from scipy.special import expit, logsumexp, softmax
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
@@ -59,9 +59,7 @@ __all__ = [
     "UNLISTED",
     "NoiseAccount",
     "NoiseAccounts",
-    "RecordEvidence",
     "needs_no_force",
-    "record_evidence",
 ]
 
 SLIGHT = 0.01
@@ -420,45 +418,6 @@ class NoiseAccount:
             signals=[self.laid.prepared.signal + self.laid.prepared.decay.rest_position],
             unit=laid.unit,
         )
-
-
-class RecordEvidence(NamedTuple):
-    """How probable a record is under all its accounts.
-
-    Attributes
-    ----------
-    time, signal : ndarray, shape (n,)
-        Of the samples that count, from the first sample of the record on [s], and about the rest position.
-    noise : float
-        Sd of the noise of the most probable account.
-    log_density : float
-        Of these samples, averaged over the accounts.
-    """
-
-    time: Array
-    signal: Array
-    noise: float
-    log_density: float
-
-    def log_density_over(self, unit: float) -> float:
-        """Log density of the samples in a unit."""
-        return self.log_density + self.time.size * math.log(unit)
-
-
-def record_evidence(accounts: Sequence[NoiseAccount]) -> RecordEvidence:
-    """Evidence of a record from its accounts, which are behind no filter."""
-    best = max(accounts, key=lambda account: account.probability)
-    prepared, laid = best.laid.prepared, best.laid
-    used = laid.regression.clock.used
-    n = np.count_nonzero(used)
-    # accounts compare without what all have of the integral over the noise
-    shared = float(gammaln(0.5 * n)) - 0.5 * n * math.log(2.0 * math.pi)
-    return RecordEvidence(
-        time=prepared.time[used],
-        signal=prepared.signal[used],
-        noise=best.posterior.noise_sd * laid.unit,
-        log_density=best.log_evidence - math.log(best.probability) + shared,
-    )
 
 
 class NoiseAccounts:

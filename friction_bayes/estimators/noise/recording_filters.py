@@ -63,8 +63,8 @@ _LET_THROUGH = 0.3
 _MOST_DOUBTS, _SAME = 3, 1e-9
 """How many components of the differences between filters are kept, and variance of those that are none."""
 FILTERED, _DERIVED = 0.013, 0.1
-"""Prior probabilities, where noise is not white, that it was filtered in one of the ways listed, and that a
-velocity or acceleration was computed from positions or velocities: few sensors show one."""
+"""Prior probabilities that a record was filtered in one of the ways listed, and that a velocity or
+acceleration was computed from positions or velocities: few sensors show one."""
 _FORGOTTEN = 1e-4
 """Share of what came when it is not known that a filter may still show where it is taken to be forgotten."""
 
@@ -595,7 +595,7 @@ def _of_first_order(name: str, words: str, angle: float, response: Callable[...,
     return _of_corner(
         name,
         angle,
-        lambda corner: f"{words} {corner:.2g} times the motion's frequency",
+        lambda corner: f"{words} {corner:.3g} times the motion's frequency",
         response,
         lambda corner: np.array([-corner + 0.0j]),
         _COUPLING,

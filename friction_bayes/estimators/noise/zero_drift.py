@@ -20,7 +20,8 @@ def zero_drift(decay: PlainDecay) -> Array | None:
 
     It is nearly orthogonal to a decay of several half cycles: taken out where it is none it costs 2 % of
     what is known of friction; left in it passes for a random force. It is so to forces within a half cycle
-    too, those that have a shape, which are not evaluated.
+    too, those that have a shape, which are not evaluated. What a high pass makes of a record, which looks like
+    a drift, is none.
     """
     if decay.rest_known or not decay.usable:
         return None
@@ -34,5 +35,7 @@ def zero_drift(decay: PlainDecay) -> Array | None:
         if probability < 0.5:
             return None
         path = laid.along_law(law, 0.5)
+    if path.rather_behind_high_pass:
+        return None
     change = laid.unit * law[[name == DRIFT for name in laid.regression.names]]
     return np.asarray(smooth_curve(decay.time, decay.time[-1]) @ change)

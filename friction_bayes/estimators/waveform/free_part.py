@@ -97,7 +97,8 @@ def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int
     except InputError:
         # what is left once the start is gone is no decay: the start is what was measured
         return None
-    until, after = decay.start_time - whole.decay.start_time, rest.accounts.behind_none
+    after = rest.accounts.behind_none
+    until = decay.start_time - 0.5 * decay.step - whole.decay.start_time
     if not after or log_odds_of_hold(whole.accounts.behind_none, after, until, half_cycles) < 0.0:
         return None
     # a filter shapes the rest too, and the start may be what it makes of it
@@ -120,9 +121,10 @@ def _earlier(whole: FreePart, fit_of: Callable[[FreeDecay], Fit]) -> FreePart | 
         except InputError:
             return None
         rest = FreePart.of(decay, fit)
-        before, border = rest.accounts.behind_none, decay.start_time + decay.duration - whole.decay.start_time
+        before = rest.accounts.behind_none
         if not before or not rest.explained:
             continue
-        odds = log_odds_of_hold(whole.accounts.behind_none, before, border, half_cycles, at_end=True)
-        return rest if odds > 0.0 else None
+        border = decay.start_time + decay.duration + 0.5 * decay.step - whole.decay.start_time
+        if log_odds_of_hold(whole.accounts.behind_none, before, border, half_cycles, at_end=True) > 0.0:
+            return rest
     return None

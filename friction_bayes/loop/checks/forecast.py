@@ -32,7 +32,7 @@ from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.transition import distinct_steps, transition_table
 
-__all__ = ["forecast", "forecast_records", "held_out_error", "with_forecasts"]
+__all__ = ["forecast", "forecast_errors", "forecast_records", "held_out_error", "with_forecasts"]
 
 _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "

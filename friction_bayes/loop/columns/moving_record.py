@@ -126,11 +126,11 @@ class MovingRecord:
     def behind(self, filter_: RecordingFilter) -> MovingRecord:
         """The same behind a filter, without the samples at either end, where its response is unknown.
 
-        The force may no longer jump.
+        With those next to jumps of an acceleration, which it has rounded. The force may no longer jump.
         """
         behind = replace(self, filter=filter_, forced=False, jump=None)
         variance, inside = np.full(self.samples, np.inf), behind.known
-        variance[inside] = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)[inside]
+        variance[inside] = np.where(self.segment.near_jumps[: self.samples], 1.0, self.variance)[inside]
         return replace(behind, variance=variance)
 
     @property

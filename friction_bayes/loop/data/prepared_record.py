@@ -71,9 +71,11 @@ class Segment:
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     ignored : ndarray of bool, shape (n,)
-        Not fitted: isolated excursions and dropouts; and where the acceleration jumps, its sample nearest to
-        each turning point, which may be on either side of the jump; of means of blocks, which may average
-        both sides, the neighbours too.
+        Not fitted: isolated excursions, dropouts, what was put into gaps, and ``near_jumps``.
+    near_jumps : ndarray of bool, shape (n,)
+        Measured, but not fitted where the acceleration jumps: its sample nearest to each turning point, which
+        may be on either side of the jump; of means of blocks, which may average both sides, the neighbours
+        too.
     moving : int
         Samples before the stop.
     first : int
@@ -97,6 +99,7 @@ class Segment:
     time: Array
     sides: Array
     ignored: Mask
+    near_jumps: Mask
     moving: int
     first: int
     kept: Mask
@@ -187,6 +190,7 @@ class Segment:
             time=self.time[:n],
             sides=self.sides[:n],
             ignored=self.ignored[:n],
+            near_jumps=self.near_jumps[:n],
             moving=min(self.moving, n),
         )
 
@@ -270,10 +274,12 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     used = values[first : first + n]
     sides = _sides(values, used) if clips else np.zeros(n)
     ignored = np.asarray(not_fitted[block * first : block * (first + n)].reshape(n, block).any(axis=1))
+    near_jumps = np.zeros(n, np.bool_)
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
-        ignored[: min(moving, n)] |= (near if block == 1 else binary_dilation(near))[:n]
+        near_jumps[: min(moving, n)] = (near if block == 1 else binary_dilation(near))[:n]
+        near_jumps &= ~ignored
     even = decay.step * np.arange(n, dtype=np.float64)
     time = even if decay.evenly_spaced else clock[first : first + n] - clock[first]
     return Segment(
@@ -281,7 +287,8 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         values=used,
         time=time,
         sides=sides,
-        ignored=ignored,
+        ignored=ignored | near_jumps,
+        near_jumps=near_jumps,
         moving=min(moving, n),
         first=first * block,
         kept=kept,

@@ -22,7 +22,6 @@ from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.correlated_noise import BestSet, Colour
 from friction_bayes.loop.noise.likelihood import NoiseFit
@@ -127,12 +126,11 @@ class _Evaluated(NamedTuple):
 
 def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evaluated]:
     """Noise of one size and noise that grows on the samples that a record uses."""
-    record, posterior = along.record, integrate_force(along.problem, along.prior)
+    posterior = integrate_force(along.problem, along.prior)
     left = along.left_out(posterior.best_law(), posterior.best)
     used = along.clock.used
     log_factor = left.log_factor(used, outliers=contaminated) + (prior_log_odds() if contaminated else 0.0)
     convention = log_convention(int(used.sum()), along.unit)
-    log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
     growth = _noise_growth(along, posterior)
     one_size = _Evaluated(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),

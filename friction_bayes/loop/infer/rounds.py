@@ -19,7 +19,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import filters_along
-from friction_bayes.estimators.noise.high_passes import likely_high_passes
+from friction_bayes.estimators.noise.high_passes import MotionBehind, likely_high_passes
 from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
@@ -28,7 +28,7 @@ from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart
 from friction_bayes.loop.infer.finer_columns import finer_shapes, lines_in_residual, lines_kept
 from friction_bayes.loop.infer.impossible import integrate_possible
-from friction_bayes.loop.infer.knocks import next_knock
+from friction_bayes.loop.infer.knocks import log_odds_of_knocks, next_knock
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
 from friction_bayes.loop.noise.correlated_noise import (
     NO_ERROR,
@@ -136,6 +136,8 @@ class Round:
         found = self._posterior.log_evidence + self.whole.error.log_volume
         if self.whole.filter is not None:
             found += self.whole.filter.log_prior
+        if self.whole.jump is not None:
+            found += log_odds_of_knocks(self.whole.jump)
         if self.alone:
             found += math.log(self.found.prior.none)
         return found - used * self.whole.segment.order * math.log(self.found.w0)
@@ -240,8 +242,8 @@ class Round:
         """The same of noise that is nowhere below its level near the motion's frequency."""
         clock, fitted = self.found.clock, int(np.count_nonzero(self._law))
         phase = clock.phase[clock.used]
-        floor = noise_floor(self.left, phase, self.whole.segment.order, fitted)
-        noise = sensor_noise(self.left, phase, fitted, floor, even=True)
+        floor = noise_floor(self.left, phase, self.whole.segment.order, fitted, self.whole.filter)
+        noise = sensor_noise(self.left, phase, fitted, floor, even=clock.even)
         return Colour(noise.colour, noise.coloured_floor)
 
     @property
@@ -286,8 +288,9 @@ class Round:
 
     def behind_filter(self) -> Round | None:
         """The same law behind the filter that the record went through; None without one."""
-        segment, bare = self.whole.segment, self._again(replace(self.whole, filter=None))
-        missing = self.aside & ~segment.ignored[: self.whole.samples]
+        segment, n = self.whole.segment, self.whole.samples
+        bare = self._again(replace(self.whole, filter=None))
+        missing = (self.aside | segment.ignored[:n]) & ~segment.near_jumps[:n]
         filter_ = None if bare is None else filter_of(bare.found, missing)
         if filter_ is None:
             return None
@@ -390,5 +393,5 @@ def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
     order = found.segment.order
     filters = filters_along(path, order, signal, law.known, plain, friction)
     likely = filters.likely if filters.probability > 0.5 else []
-    likely = likely or likely_high_passes(signal, law.known, plain[:, :-1], path.angle, order)
+    likely = likely or likely_high_passes(MotionBehind(signal, law.known, plain[:, :-1], path.angle), order)
     return blended(likely, law.read.values) if likely else None

@@ -44,8 +44,8 @@ def test_the_corner_is_found(corner: float, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("order", [0, 1])
 def test_a_record_that_has_gone_through_none_has_none(order: int, rng: np.random.Generator) -> None:
     signal = SWING @ [1.0, 0.2] + NOISE * rng.standard_normal(SAMPLES)
-    assert likely_high_passes(signal, KNOWN, SWING, ANGLE, order) == []
-    found = likely_high_passes(behind(0.1, order, rng), KNOWN, SWING, ANGLE, order)
+    assert likely_high_passes(MotionBehind(signal, KNOWN, SWING, ANGLE), order) == []
+    found = likely_high_passes(MotionBehind(behind(0.1, order, rng), KNOWN, SWING, ANGLE), order)
     assert sum(share for share, _ in found) == pytest.approx(1.0)
     assert found[0][0] == max(share for share, _ in found)
     assert found[0][1].name.startswith("an AC coupling")
@@ -53,5 +53,5 @@ def test_a_record_that_has_gone_through_none_has_none(order: int, rng: np.random
 
 def test_an_acceleration_or_a_short_record_is_left_to_the_spectra(rng: np.random.Generator) -> None:
     signal = behind(0.1, 0, rng)
-    assert likely_high_passes(signal, KNOWN, SWING, ANGLE, 2) == []
-    assert likely_high_passes(signal[:70], KNOWN[:70], SWING[:70], ANGLE, 0) == []
+    assert likely_high_passes(MotionBehind(signal, KNOWN, SWING, ANGLE), 2) == []
+    assert likely_high_passes(MotionBehind(signal[:70], KNOWN[:70], SWING[:70], ANGLE), 0) == []
