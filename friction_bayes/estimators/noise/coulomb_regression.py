@@ -48,6 +48,7 @@ from friction_bayes.estimators.noise.other_forces import (
     repeated,
 )
 from friction_bayes.estimators.noise.recording_filters import (
+    FILTERED,
     RecordingFilter,
     Through,
     jump_columns,
@@ -403,8 +404,13 @@ class Laid:
 
     @property
     def rather_behind_high_pass(self) -> bool:
-        """Whether the record rather went through a high pass, even next to any drift."""
-        return self.regression.clock.even and bool(likely_high_passes(self._motion_behind(), self.order))
+        """Whether the record rather went through a high pass than that its zero drifts, or settles."""
+        if not self.regression.clock.even:
+            return False
+        likely = likely_high_passes(self._motion_behind(), self.order)
+        # both are as probable there; but a zero is what it is without any filter
+        share = sum(share for share, filter_ in likely if filter_.gain != 1.0)
+        return share * FILTERED > (1.0 - share) * (1.0 - FILTERED)
 
     def _motion_behind(self) -> MotionBehind:
         """Log likelihood of the motion and its dry friction behind a filter."""

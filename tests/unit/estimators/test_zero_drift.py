@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import friction_bayes as fb
 from eighteen_half_cycles import AMPLITUDE, FRICTION, SYSTEM, UNIT, plain_estimate, record, width
@@ -73,3 +74,21 @@ def test_a_spring_that_is_bent_is_no_drift() -> None:
 def test_a_rest_position_that_is_known_does_not_drift() -> None:
     with_rest = fb.estimate(record(drift=0.02), SYSTEM, rest_position=0.0)
     assert with_rest.decay.drift == 0.0
+
+
+@pytest.mark.parametrize("corner", [0.03, 0.06])
+def test_what_an_ac_coupling_makes_of_a_displacement_is_no_drift(
+    corner: float, rng: np.random.Generator
+) -> None:
+    """It takes a share of friction, which a drift does not."""
+    plain = fb.simulate(
+        SYSTEM, friction=FRICTION, initial_displacement=AMPLITUDE, duration=3.0, sampling_rate=200.0
+    )
+    kept = np.exp(-corner * SYSTEM.natural_frequency / 200.0)
+    behind = 0.5 * (1.0 + kept) * lfilter([1.0, -1.0], [1.0, -kept], plain.values)
+    found = fb.estimate(plain.copy(data=behind + 4e-6 * rng.standard_normal(plain.size)), SYSTEM)
+    filter_ = found.to_dict()["noise"]["filter"]
+    assert filter_ is not None
+    assert filter_["name"].startswith("an AC coupling")
+    assert found.decay.drift == 0.0
+    assert found.friction.mean() == pytest.approx(FRICTION, rel=1e-3)
