@@ -12,6 +12,10 @@ from scipy import signal
 
 import friction_bayes as fb
 from filtered_decays import SYSTEM, decay, filtered
+from friction_bayes.estimators.noise.recording_filters import kinds_for
+from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.loop.data.parameters import scales_of
+from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.noise.correlated_noise import NO_ERROR, SensorError
 
 OFFERED = [
@@ -122,6 +126,36 @@ def test_records_that_show_their_filter_unequally_well_are_behind_it_together(
     assert report.noise["filter"]["name"] == "a moving mean of 15 samples"
     low, high = report.friction_after["interval90"]
     assert low - 0.005 < 1.0 < high + 0.005
+
+
+def test_what_was_put_into_a_gap_is_not_measured_behind_a_filter_either() -> None:
+    (segment,) = cut_records([filtered("acceleration", 12.0, lost=12, duration=7.0)], SYSTEM)
+    assert segment.in_gaps.sum() == 12
+    assert segment.near_jumps.any()
+    assert not (segment.near_jumps & segment.in_gaps).any()
+    whole = MovingRecord.of(segment, SYSTEM, OFFERED, scales_of([segment], SYSTEM))
+    kind = next(
+        each for each in kinds_for(segment.decay.frequency * segment.decay.step, 2) if each.sizes.size
+    )
+    behind = whole.behind(kind.of(kind.sizes[0]))
+    inside, n = behind.known, behind.samples
+    fitted = np.isfinite(behind.variance[inside])
+    assert not fitted[segment.in_gaps[:n][inside]].any()
+    assert fitted[segment.near_jumps[:n][inside]].all()
+
+
+@pytest.mark.parametrize("quantity", ["velocity", "displacement"])
+def test_a_record_with_several_gaps_is_seen_behind_its_filter(quantity: str) -> None:
+    """What is put into them is no evidence against it: friction was .76 +- .5 and 1.05 +- 1 N so."""
+    record = filtered(quantity, 12.0, duration=7.0)
+    lost = (np.arange(record.size) % 100 >= 50) & (np.arange(record.size) % 100 < 62)
+    record = record[~lost]
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
+    assert report.verdict == "adequate"
+    assert report.noise["filter"]["name"].startswith("a low pass")
+    low, high = report.friction_after["interval90"]
+    assert low - 0.001 < 1.0 < high + 0.001
+    assert high - low < 0.01
 
 
 def test_an_error_of_the_sensor_is_the_same_as_far_as_it_is_searched_for() -> None:
