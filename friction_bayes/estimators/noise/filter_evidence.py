@@ -47,6 +47,7 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
 __all__ = [
+    "LOOKED_AT",
     "FoundFilters",
     "FoundKind",
     "drift_and_swing",
@@ -55,7 +56,7 @@ __all__ = [
     "likely_filters",
 ]
 
-_LOOKED_AT = 4096
+LOOKED_AT = 4096
 """Largest number of samples in which filters are looked for."""
 _SMALLEST = 1e-300
 """Least probability that has a logarithm."""
@@ -194,7 +195,7 @@ def likely_filters(
     """
     # where no force makes a signal jump, what a high pass does is below the frequencies that are compared
     kinds = [kind for kind in kinds_for(angle, order) if order == 2 or not kind.high_pass]
-    n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
+    n, left_out = min(signal.size, LOOKED_AT), margin(angle)
     if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
         return FoundFilters()
     inner = slice(left_out, n - left_out)

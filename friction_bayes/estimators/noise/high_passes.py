@@ -16,7 +16,7 @@ from scipy.special import logsumexp, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.estimators.noise.filter_evidence import drift_and_swing, least_squares_residual
+from friction_bayes.estimators.noise.filter_evidence import LOOKED_AT, drift_and_swing, least_squares_residual
 from friction_bayes.estimators.noise.recording_filters import (
     FILTERED,
     FilterKind,
@@ -49,7 +49,7 @@ class MotionBehind:
     """The likelihood of a record of a motion in white noise, behind a high pass or none.
 
     A drift, and a swing that varies along the record in place of other forces than dry friction, are fitted
-    beside the columns.
+    beside the columns. Of a long record the first samples count.
 
     Parameters
     ----------
@@ -65,6 +65,7 @@ class MotionBehind:
 
     def __init__(self, signal: Array, known: Array, columns: Array, angle: float) -> None:
         self.angle, left_out = angle, margin(angle)
+        signal, known, columns = (each[:LOOKED_AT] for each in (signal, known, columns))
         self._inner = np.isfinite(signal)
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
         self._signal, self._motion = signal, np.column_stack([columns, known])
