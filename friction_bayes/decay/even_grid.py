@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.records.clock import GAP, LONGEST_BRIDGED_GAP
 
-__all__ = ["even_grid", "filled_in"]
+__all__ = ["even_grid", "filled_in", "places_on_grid"]
 
+_ON_GRID = 0.05
+"""Share of the step within which samples lie on an even grid."""
 _AROUND_GAP = 0.25
 """Periods before and after a gap from which what is missing is filled in."""
 _AROUND_LONG_GAP = 0.5
@@ -56,8 +58,24 @@ def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
     return grid, even
 
 
+def places_on_grid(time: Array) -> Indices:
+    """Places of samples on an even grid from which some are missing, the first zero, shape (n,).
+
+    Where they lie on no such grid, only long gaps have places for what is missing in them.
+    """
+    intervals = np.diff(time)
+    apart = intervals / np.median(intervals)
+    whole = np.rint(apart)
+    index = np.append(0, np.cumsum(whole)).astype(np.intp)
+    step = (time[-1] - time[0]) / index[-1]
+    if np.any(np.abs(time - time[0] - step * index) > _ON_GRID * step) or np.any(whole < 1.0):
+        whole[apart <= LONGEST_BRIDGED_GAP] = 1.0
+        index = np.append(0, np.cumsum(whole)).astype(np.intp)
+    return index
+
+
 def filled_in(time: Array, values: Array, frequency: float) -> tuple[Array, Array, Mask]:
-    """Fill gaps of several samples by an oscillation at the typical interval.
+    """Fill what is missing of an even grid, or long gaps without one, by an oscillation.
 
     Parameters
     ----------
@@ -71,9 +89,7 @@ def filled_in(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
     filled : ndarray of bool, shape (m,)
         Which samples were not recorded.
     """
-    intervals = np.diff(time)
-    apart = intervals / np.median(intervals)
-    index = np.append(0, np.cumsum(np.where(apart > LONGEST_BRIDGED_GAP, np.rint(apart), 1.0))).astype(int)
+    index = places_on_grid(time)
     whole = np.interp(np.arange(index[-1] + 1), index, time)
     filled = np.ones(whole.size, np.bool_)
     filled[index] = False
@@ -94,7 +110,7 @@ def _oscillation(at: Array, time: Array, values: Array, gap: tuple[float, float]
     middle, period = 0.5 * (gap[0] + gap[1]), 2.0 * math.pi / frequency
     long = gap[1] - gap[0] > _AROUND_GAP * period
     reach = _AROUND_LONG_GAP * period if long else _AROUND_GAP * period
-    near = (time > gap[0] - reach) & (time < gap[1] + reach)
+    near = slice(*np.searchsorted(time, [gap[0] - reach, gap[1] + reach]))
 
     def waves(t: Array) -> Array:
         angle = frequency * (t - middle)

@@ -18,9 +18,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_toeplitz, toeplitz
+from scipy.linalg import cho_solve_banded, cholesky_banded, solve_banded, solve_toeplitz, toeplitz
 
-from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.statespace.transition import ForcedSteps
 
@@ -32,6 +32,7 @@ __all__ = [
     "burg_recursion",
     "coloured_gains",
     "coloured_innovations",
+    "completed",
     "most_lags",
     "order_cost",
 ]
@@ -46,6 +47,9 @@ _GRID = 4097
 _REGULAR = 1.0 - 1e-10
 """Factor on reflection coefficients: the recursion stays regular where a residual is smooth to rounding."""
 _STEADY = 1e-12
+_MOST_DRAWS, _SAME_COLOUR = 20, 1e-3
+"""Times that what is missing is drawn, each from the colour of the time before, and by how much of their size
+the innovations of the same colour may differ."""
 
 
 class LaggedNoise(NamedTuple):
@@ -142,13 +146,94 @@ def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
     """
     x = residual - residual.mean()
     power = float(x @ x) / max(x.size - fitted, 1.0)
-    most = most_lags(x.size)
-    if most < 1 or power == 0.0:
+    if most_lags(x.size) < 1 or power == 0.0:
         return Autoregression(np.empty(0), 1.0), power
-    coefficients, variances = burg_recursion(x / math.sqrt(float(x @ x) / x.size), most)
-    order = int(np.argmin([order_cost(x.size, m, most, variances[m]) for m in range(most + 1)]))
-    penalty = order_cost(x.size, order, most, 1.0)
+    coefficients, variances, order = _of_best_order(x)
+    penalty = order_cost(x.size, order, most_lags(x.size), 1.0)
     return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
+
+
+def _of_best_order(x: Array) -> tuple[Array, Array, int]:
+    """Coefficients and variances of all orders, see :func:`burg_recursion`, and the most probable order."""
+    most = most_lags(x.size)
+    coefficients, variances = burg_recursion(x / math.sqrt(float(x @ x) / x.size), most)
+    costs = [order_cost(x.size, m, most, variances[m]) for m in range(most + 1)]
+    return coefficients, variances, int(np.argmin(costs))
+
+
+def completed(residual: Array, known: Mask) -> Array:
+    """A residual with what is missing drawn, given the samples known, from the autoregression of all.
+
+    Interpolated samples would be smoother than the others, as behind a filter. The draws are the same
+    whenever they are made, and mirrored where the residual is.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+    known : ndarray of bool, shape (n,)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    measured = residual[known]
+    if measured.size in {0, residual.size} or most_lags(residual.size) < 1 or not measured.any():
+        return np.where(known, residual, 0.0)
+    mean, sd = float(measured.mean()), float(measured.std())
+    normal = np.random.default_rng(0).standard_normal(residual.size - measured.size)
+    normal = math.copysign(1.0, measured[0]) * normal
+    x = np.where(known, residual - mean, 0.0)
+    x[~known] = sd * normal
+    innovation = math.inf
+    for _ in range(_MOST_DRAWS):
+        coefficients, variances, order = _of_best_order(x)
+        power, before = float(x @ x) / x.size, innovation
+        innovation = power * float(variances[order])
+        if abs(innovation - before) < _SAME_COLOUR * innovation:
+            break
+        whitener = _whitener(coefficients, variances, order, x.size) / math.sqrt(power)
+        x = _drawn_between(np.where(known, x, 0.0), ~known, whitener, normal)
+    return np.asarray(mean + x)
+
+
+def _whitener(coefficients: Array, variances: Array, order: int, samples: int) -> Array:
+    """What innovations of unit variance are of each sample and those before it, shape (samples, order + 1).
+
+    The first samples have fewer before them, and the innovations of lower orders.
+    """
+    orders = np.minimum(np.arange(samples), order)
+    rows = np.zeros((samples, order + 1))
+    rows[:, 0] = 1.0
+    for lag in range(1, order + 1):
+        rows[lag:, lag] = -coefficients[orders[lag:], lag - 1]
+    return np.asarray(rows / np.sqrt(variances[orders])[:, None])
+
+
+def _drawn_between(x: Array, missing: Mask, whitener: Array, normal: Array) -> Array:
+    """Values, zero where ``missing``, with a draw there given all others, by independent ``normal`` ones."""
+    n, order = x.size, whitener.shape[1] - 1
+    innovations, back = np.zeros(n), np.zeros(n)
+    precision = np.zeros((order + 1, n))
+    for lag in range(order + 1):
+        innovations[lag:] += whitener[lag:, lag] * x[: n - lag]
+    for lag in range(order + 1):
+        back[: n - lag] += whitener[lag:, lag] * innovations[lag:]
+        for later in range(lag, order + 1):
+            precision[later - lag, : n - later] += whitener[later:, later] * whitener[later:, lag]
+    place = np.flatnonzero(missing)
+    band = np.zeros((min(order, place.size - 1) + 1, place.size))
+    for k in range(band.shape[0]):
+        apart = place[k:] - place[: place.size - k]
+        near = np.minimum(apart, order)
+        band[k, : place.size - k] = np.where(apart <= order, precision[near, place[: place.size - k]], 0.0)
+    factor = cholesky_banded(band, lower=True)
+    mean = cho_solve_banded((factor, True), -back[place])
+    upper = np.zeros_like(factor)
+    for k in range(factor.shape[0]):
+        upper[-1 - k, k:] = factor[k, : place.size - k]
+    drawn = x.copy()
+    drawn[place] = mean + solve_banded((0, factor.shape[0] - 1), upper, normal)
+    return drawn
 
 
 @njit(**KERNEL)

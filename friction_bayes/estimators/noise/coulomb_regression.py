@@ -26,6 +26,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
+from friction_bayes.decay.even_grid import places_on_grid
 from friction_bayes.estimators.noise.added_columns import AddedColumns
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, filters_along
 from friction_bayes.estimators.noise.free_corners import (
@@ -58,7 +59,6 @@ from friction_bayes.estimators.noise.recording_filters import (
 )
 from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
@@ -94,8 +94,6 @@ _OF_MOTION: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffnes
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
 _NATURAL = Oscillator(mass=1.0, stiffness=1.0)
-_ON_GRID = 0.05
-"""Share of the step within which samples lie on an even grid."""
 _BEHIND_HIGH_PASS = 2
 """Motions behind one, each along that before: a third changes the log evidence by some tenths."""
 _MOST_ROUNDS = 4
@@ -454,8 +452,8 @@ class PreparedDecay:
         Of a random force.
     is_rounding : bool
         Whether the noise is mostly that of rounding.
-    missing : ndarray of bool, shape (n,)
-        Which samples are the fitted signal's, of no weight.
+    variance : ndarray, shape (n,)
+        Of the noise of each relative to that of a whole block: infinite where all of it is missing.
     """
 
     def __init__(self, decay: PlainDecay) -> None:
@@ -470,17 +468,30 @@ class PreparedDecay:
         amplitude = float(np.max(np.hypot(*states.T)))
         self.friction = max(decay.coefficient / unit, 1e-6 * amplitude)
         n = max(_surely_sliding(states, self.friction, decay.frequency * decay.step * block), 0)
-        signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
-        self.missing = np.isnan(signal)
-        # of no weight: the signal of the fitted motion
-        about = unit * np.array([states[:n, 0], states[:n, 1], -states[:n, 0]][decay.order])
-        self.signal = np.where(self.missing, about, signal)
+        self.fitted = unit * np.array([states[:n, 0], states[:n, 1], -states[:n, 0]][decay.order])
+        measured = np.isfinite(decay.values)
+        share = block_means(measured.astype(np.float64), block)[whole][:n]
+        self.variance = np.divide(1.0, share, out=np.full(n, np.inf), where=share > 0.0)
+        # of a block in part its samples' mean distance from the motion that was fitted
+        motion = decay.states[:, 1] if decay.order == 1 else (1 - decay.order) * decay.states[:, 0]
+        apart = np.where(measured, decay.values - decay.rest_position - motion, 0.0)
+        apart = block_means(apart, block)[whole][:n]
+        self.signal = self.fitted + np.divide(apart, share, out=apart, where=share > 0.0)
         self.time = (time - time[0])[:n]
         self.prior = ForcePrior(centre=_CENTRE * self.friction)
         self._states = states[:n]
-        self.fitted = about
         # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
         self._least_noise = max(rounding, MOTION_KNOWN_TO * decay.amplitude) / math.sqrt(block)
+
+    @property
+    def missing(self) -> Mask:
+        """Which are the signal that was fitted, shape (n,)."""
+        return np.isinf(self.variance)
+
+    @property
+    def samples(self) -> int:
+        """How many are not missing."""
+        return int(np.count_nonzero(~self.missing))
 
     @property
     def noise_unit(self) -> float:
@@ -504,7 +515,7 @@ class PreparedDecay:
     def along_smoothed(self) -> Laid:
         """Regression along the motion smoothed under a random force, in natural units of its frequency."""
         decay, frequency = self.decay, self.decay.frequency
-        clock = Clock.of(frequency * self.time, np.where(self.missing, np.inf, 1.0))
+        clock = Clock.of(frequency * self.time, self.variance)
         motion = first_motion(self.signal / frequency**decay.order, clock, sensor_row(decay.order))
         laid = self.along(motion, frequency)
         for _ in range(_MOST_ROUNDS):
@@ -524,7 +535,7 @@ class PreparedDecay:
         decay, unit = self.decay, frequency**self.decay.order
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum)
-        variance = np.where(self.missing, np.inf, _relative_variance(path, decay.order))
+        variance = self.variance * _relative_variance(path, decay.order)
         regression = _regression(self.signal / unit, path, variance, motion, self.friction, decay)
         regression = replace(regression, least_noise=self._least_noise / unit)
         return Laid(prepared=self, path=path, regression=regression, frequency=frequency)
@@ -536,17 +547,8 @@ def _least_samples(coefficients: int) -> int:
 
 
 def _on_even_grid(decay: PlainDecay) -> PlainDecay:
-    """The same with what is missing from an even grid: values are nan there, the motion as it was fitted.
-
-    Where the samples lie on no such grid, with what is missing from long gaps.
-    """
-    steps = np.diff(decay.time)
-    apart = np.rint(steps / np.median(steps))
-    index = np.concatenate([[0], np.cumsum(apart)]).astype(np.intp)
-    step = decay.time[-1] / index[-1]
-    if np.any(np.abs(decay.time - step * index) > _ON_GRID * step) or np.any(apart < 1.0):
-        apart[apart <= LONGEST_BRIDGED_GAP] = 1.0
-        index = np.concatenate([[0], np.cumsum(apart)]).astype(np.intp)
+    """The same with what :func:`places_on_grid` lacks: values are nan there, the motion as it was fitted."""
+    index = places_on_grid(decay.time)
     if index[-1] + 1 == index.size:
         return decay
     time = np.interp(np.arange(index[-1] + 1), index, decay.time)
@@ -554,7 +556,7 @@ def _on_even_grid(decay: PlainDecay) -> PlainDecay:
     values[index] = decay.values
     states = np.empty((time.size, 2))
     states[index] = decay.states
-    for k in np.flatnonzero(apart > 1.0).tolist():
+    for k in np.flatnonzero(np.diff(index) > 1).tolist():
         inside = slice(index[k], index[k + 1] + 1)
         states[inside] = _across_gap(decay, decay.frequency * time[inside], decay.states[k : k + 2])
     return replace(decay, time=time, values=values, states=states)

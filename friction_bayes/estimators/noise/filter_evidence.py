@@ -41,7 +41,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     margin,
 )
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, likeness
-from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags
+from friction_bayes.statespace.coloured_noise import burg, burg_recursion, completed, most_lags
 from friction_bayes.statespace.force_grid import humps
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
@@ -232,8 +232,7 @@ def likely_filters(
         if only in {None, kind.name}:
             log_prior = math.log(kind.prior / kind.sizes.size)
             found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence, log_other))
-    # where samples are interpolated no filter fits the noise
-    if only is None and np.isfinite(signal).all():
+    if only is None:
         found = [with_unlisted(each) if each.log_evidence > log_other else each for each in found]
     return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
 
@@ -259,14 +258,13 @@ def filters_along(
 
 
 def _filled(signal: Array, rows: Array) -> Array:
-    """A signal with what is missing as rows have it, and a residual between its neighbours'."""
+    """A signal with what is missing as rows have it, and a residual like that of the others."""
     known = np.isfinite(signal)
     if known.all():
         return signal
     both = np.vstack([rows, signal])[:, known]
     fitted = near_least_squares(both @ both.T) @ rows
-    left = np.interp(np.arange(signal.size), np.flatnonzero(known), (signal - fitted)[known])
-    return np.where(known, signal, fitted + left)
+    return np.where(known, signal, fitted + completed(np.where(known, signal - fitted, 0.0), known))
 
 
 def _of_kind(

@@ -47,7 +47,7 @@ from friction_bayes.estimators.noise.other_forces import (
 from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
-from friction_bayes.statespace.coloured_noise import Autoregression
+from friction_bayes.statespace.coloured_noise import Autoregression, completed
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.kalman import shown, smooth
 from friction_bayes.statespace.problem import Member, Problem, Spread
@@ -212,16 +212,14 @@ class NoiseAccount:
 
     @cached_property
     def _left(self) -> Array:
-        """Residual of the law and the most probable force; samples that do not count are interpolated."""
+        """Residual of the law and the most probable force; what does not count of it is like the rest."""
         regression, force = self.laid.regression, self.posterior.best
         clock = regression.clock
         left = regression.residual(self.posterior.best_law())
         if force.ratio > 0.0:
             states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
             left = left - shown(states[:, :3, 0], regression.row)
-        used = clock.used
-        index = np.arange(used.size)
-        return np.interp(index, index[used], left[used])
+        return completed(left, clock.used)
 
     @cached_property
     def other_loss(self) -> UnevenLoss | None:
@@ -432,7 +430,7 @@ class NoiseAccounts:
 
         None where the decay is too short, or has no appreciable noise.
         """
-        if not self._decay.usable or self._prepared.signal.size < LEAST_SAMPLES:
+        if not self._decay.usable or self._prepared.samples < LEAST_SAMPLES:
             return ()
         return self._with_both(self._unfiltered.accounts)
 

@@ -26,7 +26,7 @@ def zero_drift(decay: PlainDecay) -> Array | None:
     if decay.rest_known or not decay.usable:
         return None
     prepared = PreparedDecay(decay)
-    if prepared.signal.size < LEAST_SAMPLES:
+    if prepared.samples < LEAST_SAMPLES:
         return None
     path = prepared.along_fit()
     for _ in range(_MOTIONS):

@@ -104,7 +104,7 @@ class MovingRecord:
     ) -> MovingRecord:
         """Leave out the last half cycle of a motion that stops."""
         n = _moving(segment) if samples is None else samples
-        variance = np.where(segment.free[:n], 1.0, np.inf)
+        variance = np.divide(1.0, segment.measured[:n], out=np.full(n, np.inf), where=segment.free[:n])
         names = in_catalogue_order(allowed)
         return cls(segment, n, system, names, scales, variance, noise, RANDOM_FORCE.name in allowed)
 

@@ -72,6 +72,8 @@ class Segment:
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     ignored : ndarray of bool, shape (n,)
         Not fitted: isolated excursions, dropouts, what was put into gaps, and ``near_jumps``.
+    measured : ndarray, shape (n,)
+        Share of the samples of each value that is fitted, or near a jump.
     near_jumps : ndarray of bool, shape (n,)
         Measured, but not fitted where the acceleration jumps: its sample nearest to each turning point, which
         may be on either side of the jump; of means of blocks, which may average both sides, the neighbours
@@ -99,6 +101,7 @@ class Segment:
     time: Array
     sides: Array
     ignored: Mask
+    measured: Array
     near_jumps: Mask
     moving: int
     first: int
@@ -143,9 +146,9 @@ class Segment:
 
     @property
     def in_gaps(self) -> Mask:
-        """Values of samples some of which were not recorded, shape (n,)."""
+        """Values of samples none of which were recorded, shape (n,)."""
         used = self.filled[self.first : self.first + self.block * self.values.size]
-        return np.asarray(used.reshape(-1, self.block).any(axis=1))
+        return np.asarray(used.reshape(-1, self.block).all(axis=1))
 
     @property
     def duration(self) -> float:
@@ -190,6 +193,7 @@ class Segment:
             time=self.time[:n],
             sides=self.sides[:n],
             ignored=self.ignored[:n],
+            measured=self.measured[:n],
             near_jumps=self.near_jumps[:n],
             moving=min(self.moving, n),
         )
@@ -273,7 +277,8 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     n = min(values.size - first, moving + rest)
     used = values[first : first + n]
     sides = _sides(values, used) if clips else np.zeros(n)
-    ignored = np.asarray(not_fitted[block * first : block * (first + n)].reshape(n, block).any(axis=1))
+    measured = 1.0 - block_means(not_fitted[block * first : block * (first + n)].astype(np.float64), block)
+    ignored = measured == 0.0
     near_jumps = np.zeros(n, np.bool_)
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
@@ -288,6 +293,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         time=time,
         sides=sides,
         ignored=ignored | near_jumps,
+        measured=measured,
         near_jumps=near_jumps,
         moving=min(moving, n),
         first=first * block,
