@@ -98,12 +98,11 @@ class Posterior:
         """Probability that there is a random force."""
         return float(self._share[self.ratio > 0.0].sum())
 
-    def coefficient(self, name: str, *, given_force: bool = False) -> Mixture:
-        """Marginal of a coefficient in natural units; of the part with a force alone if ``given_force``."""
+    def coefficient(self, name: str) -> Mixture:
+        """Marginal of a coefficient in natural units."""
         j = self.problem.names.index(name)
         positive = bool(self.problem.positive[j])
-        weight = np.where((self.ratio > 0.0)[:, None], self.weight, 0.0) if given_force else self.weight
-        weight = weight / weight.sum()
+        weight = self.weight / self.weight.sum()
         inside = np.tile(self.problem.sets[:, j], (len(self.points), 1))
         atom = float(weight[~inside].sum())
         use = inside & (weight > OMITTED)
