@@ -239,8 +239,8 @@ class FreeDecay:
         return float(np.max(np.abs(self.values))) ** 2 / 16.0 if known else 0.0
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the record; empty where it shows one oscillation, released freely."""
+    def cut_notes(self) -> tuple[str, ...]:
+        """What is left out in which something else held the mass."""
         notes = []
         if self.later:
             notes.append(
@@ -252,6 +252,12 @@ class FreeDecay:
                 f"{self.name}: what lies after {self.start_time + self.duration:.4g} s is left out: it does "
                 "not fit what comes before, as where a hand stops the mass"
             )
+        return tuple(notes)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the record; empty where it shows one oscillation, released freely."""
+        notes = list(self.cut_notes)
         if self.disturbed:
             notes.append(
                 f"{self.name}: the release was still disturbed, as by a hand or another mode that dies out: "

@@ -167,7 +167,7 @@ def estimate(
             part = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
             decay, fit = part.decay, averaged_over_accounts(part.decay, part.fit, part.accounts.all)
             _refuse_negative(decay, fit)
-            for note in decay.notes[: bool(decay.later) + bool(decay.earlier)]:
+            for note in decay.cut_notes:
                 warnings.warn(note, RecordWarning, stacklevel=2)
         else:
             fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))

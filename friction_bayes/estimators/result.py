@@ -33,6 +33,7 @@ from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.equally_probable import equally_probable
+from friction_bayes.estimators.noise.noise_accounts import most_probable
 from friction_bayes.estimators.noise.other_forces import BENT
 
 __all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
@@ -452,7 +453,7 @@ def _random_force_notes(fit: Fit) -> list[str]:
             "that the model lacks, or wrong time stamps; closing the loop looks for it"
         )
     test = force.innovations
-    best = max((each for each in fit.accounts if each.forced), key=lambda each: each.probability)
+    best = most_probable(each for each in fit.accounts if each.forced)
     # noise that is taken to be white where it is weaker cannot leave white residuals
     if not (test.white or best.weaker_above):
         notes.append(

@@ -24,7 +24,12 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import (
     loss_of_amplitude,
     uneven_loss,
 )
-from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount
+from friction_bayes.estimators.noise.noise_accounts import (
+    SLIGHT,
+    NoiseAccount,
+    most_probable,
+    total_probability,
+)
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.estimators.witness import Witness
 
@@ -67,9 +72,9 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     """Posterior of the random force from the accounts that have one, and of friction with and without it."""
     forced = [each for each in accounts if each.forced]
     still = [each for each in accounts if not each.forced]
-    best = max(forced, key=lambda each: each.probability)
+    best = most_probable(forced)
     return RandomForce(
-        probability=sum(each.probability for each in forced),
+        probability=total_probability(forced),
         sd=best.sd,
         correlation_time=best.correlation_time,
         coefficient_without=_mean_of(still, _probabilities(still))["coefficient"],
@@ -93,7 +98,7 @@ def _witness_of(
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    if sum(each.probability for each in accounts if each.others and each.plain) > 0.5:
+    if total_probability(each for each in accounts if each.others and each.plain) > 0.5:
         return None
     if uneven is not None and uneven.sure and not uneven.losses:
         return Witness(uneven.coefficient, agrees=False, bounds=False)
@@ -107,7 +112,7 @@ def _witness_of(
 
 def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
     """Whether the noise is rather white, or that of a filter."""
-    return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
+    return total_probability(each for each in accounts if each.of_known_noise) > 0.5
 
 
 def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
@@ -152,9 +157,9 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAcco
     averages = _averages(fit, accounts)
     # under a random force a law alone wanders off
     others = [each for each in accounts if each.others and not each.forced]
-    if sum(each.probability for each in others) > 0.5 and fit.prediction is not None:
-        best = max(others, key=lambda each: each.probability)
-        averages["prediction"] = best.prediction(fit.prediction, decay.time - decay.time[0])
+    if total_probability(others) > 0.5 and fit.prediction is not None:
+        predicted = most_probable(others).prediction(fit.prediction, decay.time - decay.time[0])
+        averages["prediction"] = predicted
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
         # remarks about residuals concern the interval under white noise, not this one
