@@ -172,11 +172,11 @@ class Posterior:
 
     def best_law(self) -> Array:
         """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
-        return self.mean_law(self.best, self.best.chosen)
+        return self.mean_law(self.best, self.best.row)
 
-    def mean_law(self, point: GridPoint, chosen: int) -> Array:
+    def mean_law(self, point: GridPoint, row: int) -> Array:
         """Mean coefficients, shape (p,), of a set at a point; zero where absent."""
-        return self.problem.mean(point, chosen) * self.problem.scale
+        return self.problem.mean(point, row) * self.problem.scale
 
     def _log_normal(self, values: Array) -> Any:
         use = (self.ratio > 0.0) & (self._share > 0.0)

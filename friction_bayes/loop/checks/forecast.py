@@ -191,7 +191,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
 def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
     """Signal, displacement and velocity of one draw's law from a state on, shape (3, n)."""
     fit = draws.fit
-    names = fit.sets[draws.chosen[k]] - set(OF_LINES)
+    names = fit.sets[draws.set_index[k]] - set(OF_LINES)
     only = np.zeros(draws.friction.size, dtype=bool)
     only[k] = True
     values = {

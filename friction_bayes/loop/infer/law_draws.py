@@ -49,7 +49,7 @@ class LawDraws:
     ----------
     coefficients : ndarray, shape (k, p)
         Natural units as the columns have them; zero where a set lacks the column.
-    point, chosen : ndarray of int, shape (k,)
+    point, set_index : ndarray of int, shape (k,)
         Point of the grid and set of columns of each draw.
     friction : ndarray, shape (k,)
         Friction force of the declared system [N or N m].
@@ -66,7 +66,7 @@ class LawDraws:
     fit: ForceFit
     coefficients: Array
     point: Integers
-    chosen: Integers
+    set_index: Integers
     friction: Array
     stiffness: Array
     random_force: Array
@@ -79,7 +79,7 @@ class LawDraws:
         # a series that is cut short has nothing beyond
         found: defaultdict[str, Array] = defaultdict(lambda: np.zeros(chosen.size))
         having = np.zeros(chosen.size, np.bool_)
-        held = self.fit.regression.sets[self.chosen]
+        held = self.fit.regression.sets[self.set_index]
         own = [j for j, column in enumerate(law.columns) if column.effect == effect]
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
@@ -94,7 +94,7 @@ class LawDraws:
     def lines(self, effect: str, chosen: Mask) -> list[dict[str, Array]]:
         """Parameters of each line of an effect, as :meth:`parameters` has those of the strongest."""
         law = self.fit.law
-        held = self.fit.regression.sets[self.chosen]
+        held = self.fit.regression.sets[self.set_index]
         found: dict[Line, list[int]] = {}
         for j, column in enumerate(law.columns):
             if column.line is not None and column.effect == effect:
@@ -139,7 +139,7 @@ def _of_record(
         fit=one,
         coefficients=coefficients,
         point=point,
-        chosen=fit.problem.number[row],
+        set_index=fit.problem.number[row],
         friction=coefficients[:, one.law.frictions].sum(axis=1) * factor,
         stiffness=stiffness,
         random_force=fit.posterior.ratio[point] * member.ratio(1.0) * noise * factor,

@@ -186,9 +186,9 @@ class Candidates:
     def _candidate(self) -> Integers:
         """Index of the set of each draw, shape (k,); -1 without one."""
         drawn = self.laws.first
-        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.set_index], axis=0)
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
-        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.set_index]
 
     @cached_property
     def _of_best(self) -> Mask:
