@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.checks import finite
 from friction_bayes.core.declared_force import frequencies_disagree
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import Quantity
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import listed
 from friction_bayes.decay.even_grid import even_grid
@@ -219,6 +219,11 @@ class FreeDecay:
     def places(self) -> Array:
         """Where the samples lie between the ends of the moving part, at -1 and 1, shape (n,)."""
         return 2.0 * self.time / self.duration - 1.0
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether its unit is one of what was measured."""
+        return self.unit not in UNCALIBRATED_UNITS
 
     @property
     def evenly_spaced(self) -> bool:

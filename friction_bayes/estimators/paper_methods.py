@@ -16,14 +16,14 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS, inverse_square
+from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.friction_samples import (
     friction_sample_statistics,
     friction_samples,
     natural_frequency_found,
 )
-from friction_bayes.decay.sensor_calibration import force_factor
+from friction_bayes.decay.sensor_calibration import force_factor, friction_unit
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
 
@@ -110,13 +110,11 @@ def _fit(
     """The posterior of the friction force, in the unit of the signal."""
     posterior = before.update(samples)
     precision = posterior.precision if isinstance(posterior, NormalGamma) else None
-    calibrated = decay.unit not in UNCALIBRATED_UNITS
     factor = force_factor(decay.system, decay.quantity, decay.unit)
-    force_unit = decay.system.friction_unit if calibrated else decay.unit
     return Fit(
         coefficient=scaled(posterior.friction, 1.0 / factor),
         precision=precision,
-        precision_unit="" if precision is None else inverse_square(force_unit),
+        precision_unit="" if precision is None else inverse_square(friction_unit(decay.system, decay.unit)),
         posterior=posterior,
         amplitudes=samples.size + 1,
         frequency=natural_frequency_found(decay, peaks),

@@ -12,9 +12,8 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
+from friction_bayes.core.declared_force import by_stiffness_and_mass, frequencies_disagree
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
@@ -247,19 +246,16 @@ def _frequency(mixture: CandidateMixture, model: LoopModel) -> dict[str, Any]:
     """The natural frequency [rad/s], the declared one, and both forces where they disagree."""
     system, decay = model.system, model.segments[0].decay
     found, sd = float(mixture.frequency.mean()), float(mixture.frequency.std(ddof=1))
-    disagree = bool(frequencies_disagree(system, found, sd)) and decay.unit not in UNCALIBRATED_UNITS
+    disagree = bool(frequencies_disagree(system, found, sd)) and decay.calibrated
     coefficient = float(mixture.friction.mean()) / system.force_factor(decay.quantity)
-    forces = [
-        coefficient * float(factor(system, decay.quantity, found).factor)
-        for factor in (by_stiffness, by_mass)
-    ]
+    by_stiffness, by_mass = by_stiffness_and_mass(system, decay.quantity, found, coefficient)
     return {
         "mean": found,
         "sd": sd,
         "declared": system.natural_frequency,
         "unit": "rad/s",
-        "from_stiffness": forces[0] if disagree else None,
-        "from_mass": forces[1] if disagree else None,
+        "from_stiffness": by_stiffness if disagree else None,
+        "from_mass": by_mass if disagree else None,
         "trusted": system.trust,
     }
 

@@ -16,12 +16,13 @@ import numpy as np
 from scipy.special import gammaln
 
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, most_probable, total_probability
-from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
+from friction_bayes.estimators.noise.smooth_curve import (
+    LOG_ODDS_NOT_FREE,
+    curve_degrees,
+    log_density_of_curve,
+)
 
 __all__ = ["log_odds_of_hold"]
-
-_LOG_PRIOR_ODDS = math.log(0.1 / 0.9)
-"""Of a hold a priori."""
 
 
 def log_odds_of_hold(
@@ -63,7 +64,7 @@ def log_odds_of_hold(
     time, signal = time[held], signal[held]
     place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, breaks=half_cycles + 1)
-    return _LOG_PRIOR_ODDS + by_curve - free
+    return LOG_ODDS_NOT_FREE + by_curve - free
 
 
 def _log_density(accounts: Sequence[NoiseAccount], unit: float) -> float:

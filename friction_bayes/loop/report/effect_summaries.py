@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -36,7 +35,7 @@ def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str
     """
     decay, effect = segment.decay, EFFECTS[name]
     units = {p.name: p.unit_in(system, decay.unit) for p in effect.parameters}
-    if decay.unit not in UNCALIBRATED_UNITS or not isinstance(effect, ForceEffect | ProcessEffect):
+    if decay.calibrated or not isinstance(effect, ForceEffect | ProcessEffect):
         return units
     taken = f" (1 {decay.unit} as 1 {decay.quantity.unit})"
     return {p: unit if unit in _WITHOUT_SIZE else unit + taken for p, unit in units.items()}
