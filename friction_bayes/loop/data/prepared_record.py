@@ -77,6 +77,8 @@ class Segment:
         too.
     moving : int
         Samples before the stop.
+    duration : float
+        How long the mass of the whole record moves [s], to which friction drift refers.
     first : int
         Which of the kept samples is the first.
     kept : ndarray of bool, shape (recorded,)
@@ -100,6 +102,7 @@ class Segment:
     ignored: Mask
     near_jumps: Mask
     moving: int
+    duration: float
     first: int
     kept: Mask
     filled: Mask
@@ -145,11 +148,6 @@ class Segment:
         """Values of samples some of which were not recorded, shape (n,)."""
         used = self.filled[self.first : self.first + self.block * self.values.size]
         return np.asarray(used.reshape(-1, self.block).any(axis=1))
-
-    @property
-    def duration(self) -> float:
-        """How long the mass moves [s], to which friction drift refers."""
-        return float(self.decay.step * self.moving)
 
     @property
     def clipped(self) -> bool:
@@ -289,6 +287,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         ignored=ignored | near_jumps,
         near_jumps=near_jumps,
         moving=min(moving, n),
+        duration=float(decay.step * min(moving, n)),
         first=first * block,
         kept=kept,
         filled=filled,

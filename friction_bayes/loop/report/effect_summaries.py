@@ -54,14 +54,14 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
 def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str, Any]:
     """A line in the spectrum of one record: frequency, decay time (None where it lasts) and amplitude.
 
-    Drawn are its ``frequency``, ``sine`` and ``cosine`` and, of one that dies out, ``decay_time``.
+    Drawn are its ``frequency``, ``amplitude`` and, of one that dies out, ``decay_time``.
     """
     decay_time = drawn.get("decay_time")
     return {
         "record": record,
         "frequency": parameter_summary(drawn["frequency"], "Hz"),
         "decay_time": None if decay_time is None else parameter_summary(decay_time, "s"),
-        "amplitude": parameter_summary(np.hypot(drawn["sine"], drawn["cosine"]), unit),
+        "amplitude": parameter_summary(drawn["amplitude"], unit),
     }
 
 
