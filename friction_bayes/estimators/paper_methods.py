@@ -25,7 +25,7 @@ from friction_bayes.decay.friction_samples import (
 )
 from friction_bayes.decay.sensor_calibration import force_factor, friction_unit
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
-from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
+from friction_bayes.estimators.priors import TabulatedPrior
 
 __all__ = ["GammaExponentialEstimator", "NormalGammaEstimator"]
 
@@ -50,15 +50,15 @@ class NormalGammaEstimator(TabulatedPrior):
     name = "normal-gamma"
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior; what ``prior`` leaves out is the default."""
-        before = NormalGamma(**complete_prior(self.name, self.default_prior(decay), prior))
+        """Closed-form posterior."""
+        before = NormalGamma(**prior)
         samples = friction_samples(decay, peaks)
         note = _TELESCOPING if samples.size > 1 else _PRIOR_WIDTH
         return _fit(decay, before, samples, peaks, normal_gamma_target, (note,))
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
-        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = NormalGamma(**complete_prior(self.name, self.default_prior(decays), prior))
+        """Closed-form posteriors of many free decays."""
+        before = NormalGamma(**prior)
         count, mean, squares, frequency = _sample_statistics(decays, peaks)
         factor = force_factor(decays.system, decays.quantity, decays.unit)
         mu, lam, alpha, beta = before.parameters_after(
@@ -76,8 +76,8 @@ class GammaExponentialEstimator(TabulatedPrior):
     name = "gamma-exponential"
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior; what ``prior`` leaves out is the default."""
-        before = GammaExponential(**complete_prior(self.name, self.default_prior(decay), prior))
+        """Closed-form posterior."""
+        before = GammaExponential(**prior)
         samples = friction_samples(decay, peaks)
         notes: tuple[str, ...] = (_RATE,)
         if share := negative_share(samples):
@@ -88,8 +88,8 @@ class GammaExponentialEstimator(TabulatedPrior):
         return _fit(decay, before, samples, peaks, gamma_exponential_target, notes)
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
-        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = GammaExponential(**complete_prior(self.name, self.default_prior(decays), prior))
+        """Closed-form posteriors of many free decays."""
+        before = GammaExponential(**prior)
         count, mean, _, frequency = _sample_statistics(decays, peaks)
         factor = force_factor(decays.system, decays.quantity, decays.unit)
         alpha, kappa = before.parameters_after(count, count * mean * factor)
