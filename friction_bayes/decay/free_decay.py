@@ -31,6 +31,7 @@ from friction_bayes.decay.located import (
     Located,
 )
 from friction_bayes.decay.location import decays_within, locate_free_decays
+from friction_bayes.decay.sensor_calibration import force_factor, friction_unit
 from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_modes
 from friction_bayes.records.clock import check_gaps, is_even
 from friction_bayes.records.record import record_name, record_quantity
@@ -224,6 +225,16 @@ class FreeDecay:
     def calibrated(self) -> bool:
         """Whether its unit is one of what was measured."""
         return self.unit not in UNCALIBRATED_UNITS
+
+    @property
+    def force_factor(self) -> float:
+        """Factor from the signal's friction coefficient to friction."""
+        return force_factor(self.system, self.quantity, self.unit)
+
+    @property
+    def friction_unit(self) -> str:
+        """Unit of friction."""
+        return friction_unit(self.system, self.unit)
 
     @property
     def evenly_spaced(self) -> bool:

@@ -21,7 +21,6 @@ from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
-from friction_bayes.decay.sensor_calibration import force_factor, friction_unit
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR, uneven_loss
@@ -254,12 +253,10 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     uneven = fit.uneven_loss
     if uneven is None or uneven.probability < sum(UNEVEN_PRIOR.values()):
         return []
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
-    unit = friction_unit(decay.system, decay.unit)
 
     def of(coefficient: Any) -> str:
-        low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
-        return f"{interval(low, high, 3)} {unit} (90 %)"
+        low, high = (decay.force_factor * float(coefficient.ppf(p)) for p in TAILS)
+        return f"{interval(low, high, 3)} {decay.friction_unit} (90 %)"
 
     falls, (how, under, then) = "falls" if uneven.sure else "may fall", _FASTER if uneven.faster else _SLOWER
     if uneven.losses:

@@ -23,7 +23,7 @@ from friction_bayes.decay.friction_samples import (
     friction_samples,
     natural_frequency_found,
 )
-from friction_bayes.decay.sensor_calibration import force_factor, friction_unit
+from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior
 
@@ -110,11 +110,11 @@ def _fit(
     """The posterior of the friction force, in the unit of the signal."""
     posterior = before.update(samples)
     precision = posterior.precision if isinstance(posterior, NormalGamma) else None
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
+    factor = decay.force_factor
     return Fit(
         coefficient=scaled(posterior.friction, 1.0 / factor),
         precision=precision,
-        precision_unit="" if precision is None else inverse_square(friction_unit(decay.system, decay.unit)),
+        precision_unit="" if precision is None else inverse_square(decay.friction_unit),
         posterior=posterior,
         amplitudes=samples.size + 1,
         frequency=natural_frequency_found(decay, peaks),

@@ -28,9 +28,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import interval90, number
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import (
-    force_factor,
     force_factors,
-    friction_unit,
     length_unit,
 )
 from friction_bayes.estimators.acceptance import Acceptance
@@ -129,7 +127,7 @@ class Estimate(Shown):
 
     @property
     def friction_unit(self) -> str:
-        return friction_unit(self.decay.system, self.decay.unit)
+        return self.decay.friction_unit
 
     @cached_property
     def friction_of_parts(self) -> Any:
@@ -145,7 +143,7 @@ class Estimate(Shown):
 
     @property
     def force_factor(self) -> float:
-        return force_factor(self.decay.system, self.decay.quantity, self.decay.unit)
+        return self.decay.force_factor
 
     @cached_property
     def friction_over_stiffness(self) -> Any:

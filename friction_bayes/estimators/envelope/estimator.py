@@ -24,7 +24,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
-from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.estimators.envelope.signal import envelope_signal, small_motion_frequency
@@ -94,7 +94,7 @@ class EnvelopeEstimator(TabulatedPrior):
                 response,
                 names=ENVELOPE_COEFFICIENTS,
                 friction=ENVELOPE_COEFFICIENTS[FRICTION],
-                force_factor=force_factor(decay.system, decay.quantity, decay.unit),
+                force_factor=decay.force_factor,
                 observed_name="half_cycle_projection",
             ),
             notes=_notes(decay, swing),

@@ -16,7 +16,6 @@ import numpy as np
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
@@ -177,11 +176,10 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAcco
 
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[PosteriorPart, ...]:
     """Parts for a sampler: the fit itself under white noise, unless its account has more noise."""
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
     parts: list[PosteriorPart] = []
     for i, account in enumerate(accounts):
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
             white = PosteriorPart(account.name, account.probability, False, fit.coefficient, fit.build_target)
-            parts += [white] if own else account.parts(factor)
+            parts += [white] if own else account.parts(decay.force_factor)
     return tuple(parts)

@@ -10,7 +10,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.decay.sensor_calibration import force_factor, force_factors, friction_unit
+from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.statespace.measured_path import MeasuredPath
 
@@ -43,8 +43,7 @@ def friction_scale(model: LoopModel) -> tuple[float, str]:
     Of a signal that is not calibrated only friction in the unit of the signal can be reported.
     """
     decay, system = model.segments[0].decay, model.system
-    factor = force_factor(system, decay.quantity, decay.unit) / system.force_factor(decay.quantity)
-    return factor, friction_unit(system, decay.unit)
+    return decay.force_factor / system.force_factor(decay.quantity), decay.friction_unit
 
 
 def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
