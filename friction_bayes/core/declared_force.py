@@ -23,6 +23,7 @@ __all__ = [
     "ForceFactor",
     "by_mass",
     "by_stiffness",
+    "by_stiffness_and_mass",
     "common_factor",
     "declared_forces",
     "disagreement",
@@ -93,6 +94,14 @@ def by_stiffness(system: Oscillator, quantity: Quantity, frequency: Array | floa
 def by_mass(system: Oscillator, quantity: Quantity, frequency: Array | float) -> ForceFactor:
     """Factor with the declared mass or inertia, ``m w**(2-q)``."""
     return ForceFactor(system.moving * frequency ** (2 - quantity.order), system.moving_sd / system.moving)
+
+
+def by_stiffness_and_mass(
+    system: Oscillator, quantity: Quantity, frequency: float, coefficient: float
+) -> tuple[float, float]:
+    """Friction force of a friction coefficient of the signal, with each of both."""
+    stiffness, mass = by_stiffness(system, quantity, frequency), by_mass(system, quantity, frequency)
+    return coefficient * float(stiffness.factor), coefficient * float(mass.factor)
 
 
 def declared_forces(

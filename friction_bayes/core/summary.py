@@ -17,10 +17,12 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.strict_json import plain
 
-__all__ = ["TAILS", "Summary", "summary_arrays", "summary_table"]
+__all__ = ["HALF_WIDTH90", "TAILS", "Summary", "summary_arrays", "summary_table"]
 
 TAILS = (0.05, 0.95)
 """Probabilities at the ends of a central (equal-tailed) 90 % interval."""
+HALF_WIDTH90 = 1.6448536269514722
+"""Half the width of that of a normal distribution, in standard deviations."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.checks import finite
 from friction_bayes.core.declared_force import frequencies_disagree
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import Quantity
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import listed
 from friction_bayes.decay.even_grid import even_grid
@@ -31,6 +31,7 @@ from friction_bayes.decay.located import (
     Located,
 )
 from friction_bayes.decay.location import decays_within, locate_free_decays
+from friction_bayes.decay.sensor_calibration import force_factor, friction_unit
 from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_modes
 from friction_bayes.records.clock import check_gaps, is_even
 from friction_bayes.records.record import record_name, record_quantity
@@ -221,6 +222,21 @@ class FreeDecay:
         return 2.0 * self.time / self.duration - 1.0
 
     @property
+    def calibrated(self) -> bool:
+        """Whether its unit is one of what was measured."""
+        return self.unit not in UNCALIBRATED_UNITS
+
+    @property
+    def force_factor(self) -> float:
+        """Factor from the signal's friction coefficient to friction."""
+        return force_factor(self.system, self.quantity, self.unit)
+
+    @property
+    def friction_unit(self) -> str:
+        """Unit of friction."""
+        return friction_unit(self.system, self.unit)
+
+    @property
     def evenly_spaced(self) -> bool:
         """Whether the samples lie on an even grid, as nearly as matters."""
         return self.stamps is None
@@ -239,8 +255,8 @@ class FreeDecay:
         return float(np.max(np.abs(self.values))) ** 2 / 16.0 if known else 0.0
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the record; empty where it shows one oscillation, released freely."""
+    def cut_notes(self) -> tuple[str, ...]:
+        """What is left out in which something else held the mass."""
         notes = []
         if self.later:
             notes.append(
@@ -252,6 +268,12 @@ class FreeDecay:
                 f"{self.name}: what lies after {self.start_time + self.duration:.4g} s is left out: it does "
                 "not fit what comes before, as where a hand stops the mass"
             )
+        return tuple(notes)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the record; empty where it shows one oscillation, released freely."""
+        notes = list(self.cut_notes)
         if self.disturbed:
             notes.append(
                 f"{self.name}: the release was still disturbed, as by a hand or another mode that dies out: "

@@ -17,7 +17,7 @@ from friction_bayes.decay.block_means import about_mean
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
 from friction_bayes.decay.phase_tracking import UNDAMPED, coulomb_fit, track_phase, tracked_phase
-from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.mechanics.pendulum import frequency_ratio, friction_of_period, swing_amplitude
 
 __all__ = [
@@ -102,7 +102,7 @@ def friction_samples(decay: FreeDecay, peaks: str = "highest") -> Array:
             f"a peak of {np.abs(amplitude).max():g} {decay.unit} exceeds any swing of the declared pendulum",
             "check inertia, stiffness and unit",
         )
-    return samples * force_factor(decay.system, decay.quantity, decay.unit)
+    return samples * decay.force_factor
 
 
 def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:

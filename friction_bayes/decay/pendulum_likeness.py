@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.mechanics.pendulum import amplitude_of_fundamental, angle_fundamental, frequency_ratio
@@ -69,7 +68,7 @@ def slower_swings(decay: FreeDecay) -> SlowerSwings | None:
 
     None of what is no angle, of too few periods, and of larger swings than a pendulum's signal can show.
     """
-    if not decay.system.angular or decay.unit in UNCALIBRATED_UNITS:
+    if not decay.system.angular or not decay.calibrated:
         return None
     decay = decay.on_even_grid()
     omega = decay.frequency

@@ -6,7 +6,7 @@ from friction_bayes.core.declared_force import ForceFactor, declared_forces, fre
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.system import Oscillator
 
-__all__ = ["force_factor", "force_factors", "swing_frequency"]
+__all__ = ["force_factor", "force_factors", "friction_unit", "length_unit", "swing_frequency"]
 
 
 def swing_frequency(system: Oscillator, unit: str) -> float:
@@ -16,6 +16,16 @@ def swing_frequency(system: Oscillator, unit: str) -> float:
     """
     large_swings = system.pendulum and unit not in UNCALIBRATED_UNITS
     return system.natural_frequency if large_swings else 0.0
+
+
+def friction_unit(system: Oscillator, unit: str) -> str:
+    """Unit of friction: the signal's where it was not calibrated."""
+    return unit if unit in UNCALIBRATED_UNITS else system.friction_unit
+
+
+def length_unit(system: Oscillator, quantity: Quantity, unit: str) -> str:
+    """Unit of friction over stiffness, likewise."""
+    return unit + ("", " s", " s2")[quantity.order] if unit in UNCALIBRATED_UNITS else system.length_unit
 
 
 def force_factor(system: Oscillator, quantity: Quantity, unit: str) -> float:

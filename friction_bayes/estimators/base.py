@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -19,7 +19,12 @@ from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
-from friction_bayes.estimators.noise.noise_accounts import UNLISTED, NoiseAccount
+from friction_bayes.estimators.noise.noise_accounts import (
+    UNLISTED,
+    NoiseAccount,
+    most_probable,
+    total_probability,
+)
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.witness import AnswerPart, Witness, answer_parts, not_negative
@@ -87,6 +92,21 @@ class BehindFilter(NamedTuple):
     name: str
     gain: float
     probability: float
+
+    @classmethod
+    def of(cls, accounts: Sequence[NoiseAccount]) -> BehindFilter | None:
+        """By all accounts of a record; None where no filter is more probable."""
+        unlisted = [each for each in accounts if each.unlisted is not None]
+        listed = [each for each in accounts if each.filter is not None and each.unlisted is None]
+        of_unlisted, of_listed = total_probability(unlisted), total_probability(listed)
+        probability = of_unlisted + of_listed
+        if probability <= 0.5:
+            return None
+        if of_unlisted > of_listed:
+            gain = sum(each.probability * each.gain for each in unlisted) / of_unlisted
+            return cls(UNLISTED, gain, probability)
+        best = most_probable(listed)
+        return None if best.filter is None else cls(best.filter.name, best.gain, probability)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,28 +231,18 @@ class Fit:
     @property
     def noise_model(self) -> str:
         """``coloured`` or ``white``: of the noise that is the more probable."""
-        coloured = sum(each.probability for each in self.accounts if each.coloured or each.weaker_above)
+        coloured = total_probability(each for each in self.accounts if not each.of_white_noise)
         return "coloured" if coloured > 0.5 else "white"
 
     @property
     def probability_of_free_corners(self) -> float:
         """Probability that the corners of the motion are not recorded as dry friction makes them."""
-        return sum(account.probability for account in self.accounts if account.free_corners)
+        return total_probability(account for account in self.accounts if account.free_corners)
 
     @property
     def filter(self) -> BehindFilter | None:
         """The most probable filter, if more probable than none; the answer is corrected for its gain."""
-        unlisted = [each for each in self.accounts if each.unlisted is not None]
-        listed = [each for each in self.accounts if each.filter is not None and each.unlisted is None]
-        of_unlisted, of_listed = (sum(each.probability for each in some) for some in (unlisted, listed))
-        probability = of_unlisted + of_listed
-        if probability <= 0.5:
-            return None
-        if of_unlisted > of_listed:
-            gain = sum(each.probability * each.gain for each in unlisted) / of_unlisted
-            return BehindFilter(UNLISTED, gain, probability)
-        best = max(listed, key=lambda each: each.probability)
-        return None if best.filter is None else BehindFilter(best.filter.name, best.gain, probability)
+        return BehindFilter.of(self.accounts)
 
     def bent(self, name: str) -> tuple[float, float]:
         """Probability that a spring or a scale is bent, by its name, and by which share at the largest."""

@@ -30,7 +30,13 @@ from friction_bayes.decay.leaps import find_leap, leaps_possible
 from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
-from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
+from friction_bayes.decay.sensor_calibration import (
+    force_factor,
+    force_factors,
+    friction_unit,
+    length_unit,
+    swing_frequency,
+)
 from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss, uneven_loss
@@ -652,9 +658,7 @@ def _as_dataset(
 ) -> xr.Dataset:
     """Name the columns and say what they hold."""
     column = {name: table.isel(column=i) for i, name in enumerate(columns)}
-    calibrated = unit not in UNCALIBRATED_UNITS
-    force = system.friction_unit if calibrated else unit
-    length = system.length_unit if calibrated else unit + ("", " s", " s2")[kind.order]
+    force, length = friction_unit(system, unit), length_unit(system, kind, unit)
 
     def interval(name: str) -> xr.DataArray:
         both = xr.concat([column[f"{name}_low"], column[f"{name}_high"]], dim="bound")

@@ -13,7 +13,6 @@ import xarray as xr
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import interval, listed, number, percent, words
@@ -22,7 +21,6 @@ from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
-from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.envelope.loss_of_amplitude import UNEVEN_PRIOR, uneven_loss
@@ -167,7 +165,7 @@ def estimate(
             part = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
             decay, fit = part.decay, averaged_over_accounts(part.decay, part.fit, part.accounts.all)
             _refuse_negative(decay, fit)
-            for note in decay.notes[: bool(decay.later) + bool(decay.earlier)]:
+            for note in decay.cut_notes:
                 warnings.warn(note, RecordWarning, stacklevel=2)
         else:
             fit = replace(fit_of(decay), uneven_loss=uneven_loss(decay))
@@ -255,12 +253,10 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     uneven = fit.uneven_loss
     if uneven is None or uneven.probability < sum(UNEVEN_PRIOR.values()):
         return []
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
-    unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
 
     def of(coefficient: Any) -> str:
-        low, high = (factor * float(coefficient.ppf(p)) for p in TAILS)
-        return f"{interval(low, high, 3)} {unit} (90 %)"
+        low, high = (decay.force_factor * float(coefficient.ppf(p)) for p in TAILS)
+        return f"{interval(low, high, 3)} {decay.friction_unit} (90 %)"
 
     falls, (how, under, then) = "falls" if uneven.sure else "may fall", _FASTER if uneven.faster else _SLOWER
     if uneven.losses:

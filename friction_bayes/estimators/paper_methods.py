@@ -16,7 +16,7 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS, inverse_square
+from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.friction_samples import (
     friction_sample_statistics,
@@ -25,7 +25,7 @@ from friction_bayes.decay.friction_samples import (
 )
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
-from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
+from friction_bayes.estimators.priors import TabulatedPrior
 
 __all__ = ["GammaExponentialEstimator", "NormalGammaEstimator"]
 
@@ -50,15 +50,15 @@ class NormalGammaEstimator(TabulatedPrior):
     name = "normal-gamma"
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior; what ``prior`` leaves out is the default."""
-        before = NormalGamma(**complete_prior(self.name, self.default_prior(decay), prior))
+        """Closed-form posterior."""
+        before = NormalGamma(**prior)
         samples = friction_samples(decay, peaks)
         note = _TELESCOPING if samples.size > 1 else _PRIOR_WIDTH
         return _fit(decay, before, samples, peaks, normal_gamma_target, (note,))
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
-        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = NormalGamma(**complete_prior(self.name, self.default_prior(decays), prior))
+        """Closed-form posteriors of many free decays."""
+        before = NormalGamma(**prior)
         count, mean, squares, frequency = _sample_statistics(decays, peaks)
         factor = force_factor(decays.system, decays.quantity, decays.unit)
         mu, lam, alpha, beta = before.parameters_after(
@@ -76,8 +76,8 @@ class GammaExponentialEstimator(TabulatedPrior):
     name = "gamma-exponential"
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior; what ``prior`` leaves out is the default."""
-        before = GammaExponential(**complete_prior(self.name, self.default_prior(decay), prior))
+        """Closed-form posterior."""
+        before = GammaExponential(**prior)
         samples = friction_samples(decay, peaks)
         notes: tuple[str, ...] = (_RATE,)
         if share := negative_share(samples):
@@ -88,8 +88,8 @@ class GammaExponentialEstimator(TabulatedPrior):
         return _fit(decay, before, samples, peaks, gamma_exponential_target, notes)
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
-        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = GammaExponential(**complete_prior(self.name, self.default_prior(decays), prior))
+        """Closed-form posteriors of many free decays."""
+        before = GammaExponential(**prior)
         count, mean, _, frequency = _sample_statistics(decays, peaks)
         factor = force_factor(decays.system, decays.quantity, decays.unit)
         alpha, kappa = before.parameters_after(count, count * mean * factor)
@@ -110,13 +110,11 @@ def _fit(
     """The posterior of the friction force, in the unit of the signal."""
     posterior = before.update(samples)
     precision = posterior.precision if isinstance(posterior, NormalGamma) else None
-    calibrated = decay.unit not in UNCALIBRATED_UNITS
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
-    force_unit = decay.system.friction_unit if calibrated else decay.unit
+    factor = decay.force_factor
     return Fit(
         coefficient=scaled(posterior.friction, 1.0 / factor),
         precision=precision,
-        precision_unit="" if precision is None else inverse_square(force_unit),
+        precision_unit="" if precision is None else inverse_square(decay.friction_unit),
         posterior=posterior,
         amplitudes=samples.size + 1,
         frequency=natural_frequency_found(decay, peaks),

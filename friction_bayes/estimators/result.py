@@ -16,23 +16,25 @@ from numpy.typing import ArrayLike
 from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.core.declared_force import (
     ForceFactor,
-    by_mass,
-    by_stiffness,
+    by_stiffness_and_mass,
     disagreement,
     frequencies_disagree,
 )
 from friction_bayes.core.displays import Shown
 from friction_bayes.core.errors import RecordWarning
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import Summary, summary_arrays, summary_table
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import interval90, number
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import force_factor, force_factors
+from friction_bayes.decay.sensor_calibration import (
+    force_factors,
+    length_unit,
+)
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.equally_probable import equally_probable
+from friction_bayes.estimators.noise.noise_accounts import most_probable
 from friction_bayes.estimators.noise.other_forces import BENT
 
 __all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
@@ -125,7 +127,7 @@ class Estimate(Shown):
 
     @property
     def friction_unit(self) -> str:
-        return self.decay.system.friction_unit if _calibrated(self.decay) else self.decay.unit
+        return self.decay.friction_unit
 
     @cached_property
     def friction_of_parts(self) -> Any:
@@ -141,7 +143,7 @@ class Estimate(Shown):
 
     @property
     def force_factor(self) -> float:
-        return force_factor(self.decay.system, self.decay.quantity, self.decay.unit)
+        return self.decay.force_factor
 
     @cached_property
     def friction_over_stiffness(self) -> Any:
@@ -149,9 +151,7 @@ class Estimate(Shown):
 
     @property
     def friction_over_stiffness_unit(self) -> str:
-        if _calibrated(self.decay):
-            return self.decay.system.length_unit
-        return self.decay.unit + ("", " s", " s2")[self.decay.quantity.order]
+        return length_unit(self.decay.system, self.decay.quantity, self.decay.unit)
 
     @property
     def precision(self) -> Any | None:
@@ -370,10 +370,6 @@ class Estimate(Shown):
         }
 
 
-def _calibrated(decay: FreeDecay) -> bool:
-    return decay.unit not in UNCALIBRATED_UNITS
-
-
 def _force_factors(decay: FreeDecay, fit: Fit) -> tuple[ForceFactor, ...]:
     return force_factors(decay.system, decay.quantity, decay.unit, fit.frequency, fit.frequency_sd)
 
@@ -394,13 +390,13 @@ def force_notes(decay: FreeDecay, fit: Fit, *, slower_swings: bool = False) -> l
     """
     system, order = decay.system, decay.quantity.order
     notes = []
-    if not _calibrated(decay):
+    if not decay.calibrated:
         notes.append(
             "the sensor is not calibrated: friction is the friction force over "
             f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
     notes += _negative_note(fit) + _frequency_note(decay, fit, slower_swings) + _random_force_notes(fit)
-    if _calibrated(decay) and _taken_as_exact(_force_factors(decay, fit)):
+    if decay.calibrated and _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     return notes
 
@@ -452,7 +448,7 @@ def _random_force_notes(fit: Fit) -> list[str]:
             "that the model lacks, or wrong time stamps; closing the loop looks for it"
         )
     test = force.innovations
-    best = max((each for each in fit.accounts if each.forced), key=lambda each: each.probability)
+    best = most_probable(each for each in fit.accounts if each.forced)
     # noise that is taken to be white where it is weaker cannot leave white residuals
     if not (test.white or best.weaker_above):
         notes.append(
@@ -488,12 +484,9 @@ def _frequency_note(decay: FreeDecay, fit: Fit, slower_swings: bool) -> list[str
     text = f"the record {decay.both_frequencies(found)}, {apart:.0f} standard deviations apart: "
     far = "" if slower_swings else decay.far_from_declared(found)
     text += far and f"{far}; "
-    if _calibrated(decay):
+    if decay.calibrated:
         coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
-        forces = [
-            coefficient * float(factor(system, decay.quantity, found).factor)
-            for factor in (by_stiffness, by_mass)
-        ]
+        forces = by_stiffness_and_mass(system, decay.quantity, found, coefficient)
         text += (
             f"friction is {forces[0]:.4g} {unit} with the declared stiffness "
             f"and {forces[1]:.4g} {unit} with the declared {system.moving_name}; "

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.core.summary import TAILS
+from friction_bayes.core.summary import HALF_WIDTH90, TAILS
 from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO, UnevenLoss
 from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 
@@ -91,4 +91,4 @@ def _mixed(known: Sequence[AnswerPart]) -> Mixture:
 def _spread(distribution: Any) -> float:
     """Half the width of the central 90 % in units of that of a standard normal."""
     low, high = (float(distribution.ppf(p)) for p in TAILS)
-    return (high - low) / (2.0 * 1.6448536269514722)
+    return (high - low) / (2.0 * HALF_WIDTH90)

@@ -12,9 +12,8 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
+from friction_bayes.core.declared_force import by_stiffness_and_mass, frequencies_disagree
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
@@ -36,10 +35,10 @@ from friction_bayes.loop.report.next_experiment import (
 from friction_bayes.loop.report.result import LoopReport, RecordTrace
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
+    FORECAST,
     UNEXPLAINED,
     credible_count,
     friction_range,
-    reasons_against,
     verdict,
 )
 from friction_bayes.mechanics.effects import in_catalogue_order
@@ -85,7 +84,7 @@ def build_report(
     forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     friction = reported_friction(mixture.friction, frequency, model, rng_after)
-    against = _reasons_against(candidates, loss, held_out, friction)
+    against = reasons_against(candidates, loss, held_out, friction.to_dict()["interval90"])
     rubs, failed = dry["probability"], len(tests.failed)
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, rubs, failed)
     agreed = mixture.same_friction(credible_count(mixture.probabilities))
@@ -126,20 +125,32 @@ def build_report(
     )
 
 
-def _reasons_against(
-    candidates: Candidates, loss: float, held_out: dict[str, Any], friction: Distribution
+def reasons_against(
+    candidates: Candidates, loss: float, held_out: Mapping[str, Any], friction: tuple[float, float]
 ) -> tuple[str, ...]:
-    """Reasons against the number, as from :func:`friction_bayes.loop.report.verdict.reasons_against`."""
-    return reasons_against(
-        is_noise=candidates.explains,
-        shift=candidates.factor * candidates.shift,
-        loss=loss,
-        held_out=held_out,
-        least_noise=candidates.least_noise,
-        friction=friction.to_dict()["interval90"],
-        witnesses=candidates.witnesses,
-        contradicted=candidates.contradicted,
-    )
+    """Names of the reasons against the number, whatever the effects found; what is not known is none.
+
+    The ``loss`` of amplitude alone would explain another friction; ``friction`` is the 90 % interval over all
+    candidates; ``held_out`` is a field of the report.
+    """
+    as_bad = 1.0 + settings.SETTINGS.worse_forecast
+    before = max(held_out["before"], candidates.least_noise)
+    witnesses = candidates.witnesses
+    reasons = {
+        "left_over": not candidates.explains,
+        "shift": candidates.factor * candidates.shift > settings.SETTINGS.most_shift * loss > 0.0,
+        "band": held_out["inside90"] < settings.SETTINGS.least_inside,
+        FORECAST: held_out["after"] > as_bad * before > 0.0,
+        "witnesses": witnesses is not None and not _spans(friction, witnesses),
+        "records": candidates.contradicted,
+    }
+    return tuple(name for name, found in reasons.items() if found)
+
+
+def _spans(friction: tuple[float, float], witnesses: Mapping[str, Any]) -> bool:
+    """Whether two witnesses agree, or the interval of friction reaches into those of both."""
+    both = (witnesses[name]["interval90"] for name in ("loss", "shape"))
+    return witnesses["agree"] or all(low <= friction[1] and friction[0] <= high for low, high in both)
 
 
 def _residuals(
@@ -247,19 +258,16 @@ def _frequency(mixture: CandidateMixture, model: LoopModel) -> dict[str, Any]:
     """The natural frequency [rad/s], the declared one, and both forces where they disagree."""
     system, decay = model.system, model.segments[0].decay
     found, sd = float(mixture.frequency.mean()), float(mixture.frequency.std(ddof=1))
-    disagree = bool(frequencies_disagree(system, found, sd)) and decay.unit not in UNCALIBRATED_UNITS
+    disagree = bool(frequencies_disagree(system, found, sd)) and decay.calibrated
     coefficient = float(mixture.friction.mean()) / system.force_factor(decay.quantity)
-    forces = [
-        coefficient * float(factor(system, decay.quantity, found).factor)
-        for factor in (by_stiffness, by_mass)
-    ]
+    by_stiffness, by_mass = by_stiffness_and_mass(system, decay.quantity, found, coefficient)
     return {
         "mean": found,
         "sd": sd,
         "declared": system.natural_frequency,
         "unit": "rad/s",
-        "from_stiffness": forces[0] if disagree else None,
-        "from_mass": forces[1] if disagree else None,
+        "from_stiffness": by_stiffness if disagree else None,
+        "from_mass": by_mass if disagree else None,
         "trusted": system.trust,
     }
 

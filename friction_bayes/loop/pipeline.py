@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import words
 from friction_bayes.loop.build_report import build_report
@@ -143,6 +142,6 @@ def _calibrated(system: Oscillator, segments: tuple[Segment, ...]) -> Oscillator
 
     How far it swings is then unknown, and the sine of a voltage means nothing.
     """
-    if system.pendulum and segments[0].decay.unit in UNCALIBRATED_UNITS:
+    if system.pendulum and not segments[0].decay.calibrated:
         return Oscillator(**asdict(system))
     return system

@@ -203,7 +203,7 @@ _AGAINST = {
     "witnesses": _at_odds,
     "records": _contradiction,
 }
-"""What forbids to use the number (:func:`friction_bayes.loop.report.verdict.reasons_against`), in words."""
+"""What forbids to use the number (:func:`friction_bayes.loop.build_report.reasons_against`), in words."""
 
 
 def _sampled(check: Report | None) -> str:

@@ -98,12 +98,11 @@ class Posterior:
         """Probability that there is a random force."""
         return float(self._share[self.ratio > 0.0].sum())
 
-    def coefficient(self, name: str, *, given_force: bool = False) -> Mixture:
-        """Marginal of a coefficient in natural units; of the part with a force alone if ``given_force``."""
+    def coefficient(self, name: str) -> Mixture:
+        """Marginal of a coefficient in natural units."""
         j = self.problem.names.index(name)
         positive = bool(self.problem.positive[j])
-        weight = np.where((self.ratio > 0.0)[:, None], self.weight, 0.0) if given_force else self.weight
-        weight = weight / weight.sum()
+        weight = self.weight / self.weight.sum()
         inside = np.tile(self.problem.sets[:, j], (len(self.points), 1))
         atom = float(weight[~inside].sum())
         use = inside & (weight > OMITTED)
@@ -173,11 +172,11 @@ class Posterior:
 
     def best_law(self) -> Array:
         """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
-        return self.mean_law(self.best, self.best.chosen)
+        return self.mean_law(self.best, self.best.row)
 
-    def mean_law(self, point: GridPoint, chosen: int) -> Array:
+    def mean_law(self, point: GridPoint, row: int) -> Array:
         """Mean coefficients, shape (p,), of a set at a point; zero where absent."""
-        return self.problem.mean(point, chosen) * self.problem.scale
+        return self.problem.mean(point, row) * self.problem.scale
 
     def _log_normal(self, values: Array) -> Any:
         use = (self.ratio > 0.0) & (self._share > 0.0)

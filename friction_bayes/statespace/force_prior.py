@@ -87,14 +87,14 @@ class GridPoint:
     found: SetEvidences
 
     @property
-    def chosen(self) -> int:
+    def row(self) -> int:
         """The best set."""
         return int(np.argmax(self.found.log_weight))
 
     @property
     def noise(self) -> float:
         """Sensor noise sd in the best set."""
-        return float(np.sqrt(self.found.noise2[self.chosen]))
+        return float(np.sqrt(self.found.noise2[self.row]))
 
 
 def at_resonance(tau: float | Array) -> Any:

@@ -30,7 +30,6 @@ from friction_bayes.statespace.own_columns import Eliminated, OwnColumns, elimin
 from friction_bayes.statespace.regression import LawRegression, likely_columns, near_least_squares
 from friction_bayes.statespace.subset_evidence import (
     NestedSets,
-    SetBounds,
     SetEvidences,
     bound_sets,
     evaluate_bounded,
@@ -305,21 +304,15 @@ class Problem:
 
     def conditional(self, point: GridPoint, row: int) -> Conditional:
         """The posterior of all coefficients in one set at a point of the grid."""
-        left = self._left(point, row)
-        columns = np.flatnonzero(self.sets[row])
-        mean, covariance = self._shared_posterior(left, point, row, self.sets[row])
-        scale = self.scale[columns]
+        mean, covariance = self.shared_posterior(point, row, self.sets[row])
+        scale = self.scale[self.sets[row]]
         return Conditional(
             problem=self,
+            row=row,
             mean=mean * scale,
             covariance=covariance * np.outer(scale, scale),
-            columns=columns,
-            inside=self.inside(row),
-            deviating=self.deviation(row)[0],
-            deviation=self.deviation(row)[1],
             noise=math.sqrt(float(point.found.noise2[row])),
-            left=left,
-            centre=self._centre(row),
+            left=self._left(point, row),
         )
 
     def shared_posterior(self, point: GridPoint, row: int, columns: Mask) -> tuple[Array, Array]:
@@ -333,23 +326,18 @@ class Problem:
         columns : ndarray of bool, shape (p,)
             The shared columns.
         """
-        return self._shared_posterior(self._left(point, row), point, row, columns)
+        found = point.found
+        return set_posterior(
+            self._left(point, row).gram,
+            self.reference,
+            columns[self.shared],
+            found.full_noise2,
+            float(found.noise2[row]),
+        )
 
     def _left(self, point: GridPoint, row: int) -> Eliminated:
         """Sums of the shared columns at a point, a set's own integrated out."""
         return self._bounds(point.ratio, point.tau)[self._part_of_set[row]].left
-
-    def _shared_posterior(
-        self, left: Eliminated, point: GridPoint, row: int, columns: Mask
-    ) -> tuple[Array, Array]:
-        shared, found = ~self.own, point.found
-        return set_posterior(
-            left.gram,
-            self.references[0, shared],
-            columns[shared],
-            found.full_noise2,
-            float(found.noise2[row]),
-        )
 
     @cached_property
     def all_shared(self) -> bool:
@@ -414,7 +402,7 @@ class Problem:
         inside, (column, sd) = self.inside(row), self.deviation(row)
         deviating = np.array([column] if column >= 0 else [], np.intp)
         own = self._columns(inside, deviating, sd)
-        return own._replace(centre=self._centre(row), back=np.where(self.own & ~inside, self.references, 0.0))
+        return own._replace(centre=self.centre(row), back=np.where(self.own & ~inside, self.references, 0.0))
 
     def _columns(self, inside: Mask, deviating: Integers, deviation: float) -> OwnColumns:
         """Own columns ``inside`` and deviations of some columns, all about zero."""
@@ -425,7 +413,7 @@ class Problem:
         centre = np.zeros((len(self.members), first + deviating.size))
         return OwnColumns(columns, scale, centre, np.zeros((len(self.members), self.own.size)))
 
-    def _centre(self, row: int) -> Array:
+    def centre(self, row: int) -> Array:
         """The reference of the own columns, shape (r, k); that of deviations is zero."""
         inside = self.inside(row)
         none = np.zeros((len(self.members), int(self._deviating[row] >= 0)))
@@ -470,14 +458,14 @@ class _Part(NamedTuple):
     left : Eliminated
     whitened : Whitened
         The sums of ``left``.
-    bounds : SetBounds
+    bounds : SetEvidences
     """
 
     mine: Integers
     sets: Mask
     left: Eliminated
     whitened: Whitened
-    bounds: SetBounds
+    bounds: SetEvidences
 
     def among(self, possible: Mask) -> _Part:
         """The same where some sets have no prior probability, ``possible`` of shape (n,)."""
@@ -492,34 +480,27 @@ class Conditional:
     Attributes
     ----------
     problem : Problem
+    row : int
+        The set.
     mean, covariance : ndarray, shapes (s,), (s, s)
         Of the shared coefficients in the set, natural units, before they are cut at zero.
-    columns : ndarray of int, shape (s,)
-        Which these are.
-    inside : ndarray of bool, shape (p,)
-        Own columns in the set.
-    deviating : int
-        Column that differs between the records; -1 for none.
-    deviation : float
-        Prior sd of the deviations.
     noise : float
         Of the sensor, the common one.
     left : Eliminated
         Sums of the shared columns.
-    centre : ndarray, shape (r, k)
-        Reference of the own coefficients.
     """
 
     problem: Problem
+    row: int
     mean: Array
     covariance: Array
-    columns: Integers
-    inside: Mask
-    deviating: int
-    deviation: float
     noise: float
     left: Eliminated
-    centre: Array
+
+    @property
+    def columns(self) -> Integers:
+        """Which the shared coefficients are, shape (s,)."""
+        return np.flatnonzero(self.problem.sets[self.row])
 
     def laws(self, shared: Array, rng: np.random.Generator | None = None) -> Array:
         """Coefficients of each record, natural units, shape (n, r, p), the deviation within the column's.
@@ -531,16 +512,16 @@ class Conditional:
         rng : numpy.random.Generator, optional
             To draw the records' own coefficients; their means by default.
         """
-        problem, left = self.problem, self.left
-        n, records, k = len(shared), *self.centre.shape
+        problem, columns, centre = self.problem, self.columns, self.problem.centre(self.row)
+        n, records, k = len(shared), *centre.shape
         laws = np.zeros((n, records, problem.own.size))
-        laws[:, :, self.columns] = (shared / problem.scale[self.columns])[:, None]
-        together = np.flatnonzero(~problem.own)
-        away = laws[:, 0, together] - problem.references[0, together]
+        laws[:, :, columns] = (shared / problem.scale[columns])[:, None]
+        away = laws[:, 0, problem.shared] - problem.reference
         score = None if rng is None else self.noise * rng.standard_normal((records, n, k))
-        own = left.own(away, score).transpose(1, 0, 2) + self.centre
-        inside = np.flatnonzero(self.inside)
+        own = self.left.own(away, score).transpose(1, 0, 2) + centre
+        inside = np.flatnonzero(problem.inside(self.row))
         laws[:, :, inside] = own[:, :, : inside.size]
         if k > inside.size:
-            laws[:, :, self.deviating] += self.deviation * own[:, :, -1]
+            column, sd = problem.deviation(self.row)
+            laws[:, :, column] += sd * own[:, :, -1]
         return laws * problem.scale

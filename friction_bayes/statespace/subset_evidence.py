@@ -32,7 +32,6 @@ from friction_bayes.statespace.positive_orthant import VECTORS, confine, confine
 
 __all__ = [
     "NestedSets",
-    "SetBounds",
     "SetEvidences",
     "all_sets",
     "bound_sets",
@@ -56,27 +55,8 @@ _LEAST = 1e-300
 _Values = TypeVar("_Values", Array, Mask)
 
 
-class SetBounds(NamedTuple):
-    """Bounds from :func:`bound_sets`.
-
-    Attributes
-    ----------
-    log_weight : ndarray, shape (m,)
-        Log evidence plus log prior probability as if all positive coefficients were sure to be: no set has
-        more than this.
-    noise2 : ndarray, shape (m,)
-        Noise variance in each set.
-    full_noise2 : float
-        Noise variance with all columns.
-    """
-
-    log_weight: Array
-    noise2: Array
-    full_noise2: float
-
-
 class SetEvidences(NamedTuple):
-    """Evidences and noise variances of sets, from :func:`evaluate_sets`.
+    """Evidences of sets, from :func:`evaluate_sets`, or bounds of them, and their noise variances.
 
     Attributes
     ----------
@@ -240,8 +220,10 @@ def bound_sets(
     least_noise2: float = 0.0,
     lam: float | None = None,
     nested: NestedSets | None = None,
-) -> SetBounds:
+) -> SetEvidences:
     """Upper bounds of the weights of all sets, at much less cost than evaluating them.
+
+    Those that they would have if all positive coefficients were sure to be.
 
     Parameters
     ----------
@@ -267,7 +249,7 @@ def bound_sets(
         nested = NestedSets.of(np.arange(reference.size), np.arange(len(sets)), sets)
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
     log_weight, noise2 = _bound_sets(regression, nested, _read_only(log_prior), full, least_noise2)
-    return SetBounds(log_weight, noise2, full)
+    return SetEvidences(log_weight, noise2, full)
 
 
 def evaluate_sets(
@@ -289,7 +271,7 @@ def evaluate_bounded(
     reference: Array,
     positive: Mask,
     sets: Mask,
-    bounds: SetBounds,
+    bounds: SetEvidences,
     best: float = -math.inf,
 ) -> SetEvidences:
     """Evidences of the sets that may matter, given upper bounds of all weights.
@@ -298,7 +280,7 @@ def evaluate_bounded(
     ----------
     whitened, reference, positive, sets
         As :func:`bound_sets` takes them.
-    bounds : SetBounds
+    bounds : SetEvidences
         Its result.
     best : float
         Log weight of a set that is not among these, compared with which they may not matter.
@@ -307,14 +289,14 @@ def evaluate_bounded(
     sets, bound, log_weight = _read_only(sets), bounds.log_weight, bounds.log_weight - _LEFT_OUT
     highest = np.array([bound.argmax()])
     if bound[highest[0]] < best - _NEGLIGIBLE:
-        return SetEvidences(log_weight, bounds.noise2, bounds.full_noise2)
+        return bounds._replace(log_weight=log_weight)
     best = _evaluate_sets(regression, sets, highest, bounds, best, log_weight)
     # few are left to sort once one is known
     others = np.flatnonzero(bound >= best - _NEGLIGIBLE)
     others = others[others != highest]
     if others.size > 0:
         _evaluate_sets(regression, sets, others[np.argsort(-bound[others])], bounds, best, log_weight)
-    return SetEvidences(log_weight, bounds.noise2, bounds.full_noise2)
+    return bounds._replace(log_weight=log_weight)
 
 
 @njit(**KERNEL)
@@ -444,7 +426,7 @@ def _penalised(
 
 @njit(**KERNEL)
 def _evaluate_sets(
-    regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float, log_weight: Array
+    regression: _Regression, sets: Mask, order: Indices, bounds: SetEvidences, best: float, log_weight: Array
 ) -> float:
     """Fill log weights, bounds and the mass of positive coefficients, in the ``order`` of falling bounds.
 

@@ -24,11 +24,11 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
-from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.estimators.envelope.signal import envelope_signal, small_motion_frequency
-from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
+from friction_bayes.estimators.priors import TabulatedPrior
 
 __all__ = ["ENVELOPE_COEFFICIENTS", "EnvelopeEstimator"]
 
@@ -48,7 +48,7 @@ class EnvelopeEstimator(TabulatedPrior):
     name = "envelope"
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior of one free decay; keys missing in ``prior`` have the default.
+        """Closed-form posterior of one free decay.
 
         Raises
         ------
@@ -56,7 +56,6 @@ class EnvelopeEstimator(TabulatedPrior):
             If the record holds too few samples in too few half cycles.
         """
         polynomial, values, reference = tracked_phase(decay)
-        prior = complete_prior(self.name, self.default_prior(decay), prior)
         order, swing = decay.quantity.order, swing_frequency(decay.system, decay.unit)
         response, design, place = half_cycle_rows(values, polynomial, order, swing)
         if not np.all(np.isfinite(response)):
@@ -95,15 +94,15 @@ class EnvelopeEstimator(TabulatedPrior):
                 response,
                 names=ENVELOPE_COEFFICIENTS,
                 friction=ENVELOPE_COEFFICIENTS[FRICTION],
-                force_factor=force_factor(decay.system, decay.quantity, decay.unit),
+                force_factor=decay.force_factor,
                 observed_name="half_cycle_projection",
             ),
             notes=_notes(decay, swing),
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
-        """Closed-form posteriors of many free decays; keys missing in ``prior`` have the default."""
-        before = _prior_of(complete_prior(self.name, self.default_prior(decays), prior))
+        """Closed-form posteriors of many free decays."""
+        before = _prior_of(prior)
         many = envelope_statistics(*decays.kernel_arguments)
         found = np.isfinite(many.residual) & (many.rows >= _MIN_ROWS)
         data = RegressionStatistics.of_normal_equations(

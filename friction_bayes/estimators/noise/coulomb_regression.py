@@ -43,7 +43,6 @@ from friction_bayes.estimators.noise.high_passes import (
 from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
     FORCES,
-    SHAPES,
     other_force_columns,
     other_force_sets,
     repeated,
@@ -234,7 +233,7 @@ class Laid:
             .with_variance(np.maximum(regression.clock.variance, inside))
         )
 
-    def with_other_forces(self, shapes: tuple[float, ...] = SHAPES, *, at_least_one: bool = False) -> Laid:
+    def with_other_forces(self, shapes: tuple[float, ...], *, at_least_one: bool = False) -> Laid:
         """The same under each set of other forces than dry friction, none of them first unless one acts.
 
         Dry friction is not negative then: it would make up for too much of another loss. What rounds corners,

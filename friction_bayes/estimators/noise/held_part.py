@@ -15,13 +15,14 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import gammaln
 
-from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
-from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, most_probable, total_probability
+from friction_bayes.estimators.noise.smooth_curve import (
+    LOG_ODDS_NOT_FREE,
+    curve_degrees,
+    log_density_of_curve,
+)
 
 __all__ = ["log_odds_of_hold"]
-
-_LOG_PRIOR_ODDS = math.log(0.1 / 0.9)
-"""Of a hold a priori."""
 
 
 def log_odds_of_hold(
@@ -46,9 +47,9 @@ def log_odds_of_hold(
         Whether these are after the border.
     """
     white = [each for each in rest if each.of_white_noise]
-    if sum(each.probability for each in white) < 0.5:
+    if total_probability(white) < 0.5:
         return -math.inf
-    best = _most_probable(whole)
+    best = most_probable(whole)
     prepared, used = best.laid.prepared, best.laid.regression.clock.used
     time, signal = prepared.time[used], prepared.signal[used]
     held = (time < border) != at_end
@@ -56,24 +57,20 @@ def log_odds_of_hold(
     if not degrees:
         return -math.inf
     # in units of the noise, one sample more or less in the rest is worth little
-    after = _most_probable(white)
+    after = most_probable(white)
     noise = after.laid.unit * after.posterior.noise_sd
     free = _log_density(whole, noise) - _log_density(rest, noise)
     amplitude = float(np.max(np.abs(signal)))
     time, signal = time[held], signal[held]
     place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, breaks=half_cycles + 1)
-    return _LOG_PRIOR_ODDS + by_curve - free
+    return LOG_ODDS_NOT_FREE + by_curve - free
 
 
 def _log_density(accounts: Sequence[NoiseAccount], unit: float) -> float:
     """Log density of the samples that count, in a unit, averaged over all accounts of a record."""
-    best = _most_probable(accounts)
+    best = most_probable(accounts)
     samples = int(np.count_nonzero(best.laid.regression.clock.used))
     # accounts compare without what all have of the integral over the noise
     shared = float(gammaln(0.5 * samples)) - 0.5 * samples * math.log(2.0 * math.pi)
     return best.log_evidence - math.log(best.probability) + shared + samples * math.log(unit)
-
-
-def _most_probable(accounts: Sequence[NoiseAccount]) -> NoiseAccount:
-    return max(accounts, key=lambda account: account.probability)

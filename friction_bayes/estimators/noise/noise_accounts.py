@@ -11,7 +11,7 @@ is needed.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from operator import itemgetter
@@ -59,7 +59,9 @@ __all__ = [
     "UNLISTED",
     "NoiseAccount",
     "NoiseAccounts",
+    "most_probable",
     "needs_no_force",
+    "total_probability",
 ]
 
 SLIGHT = 0.01
@@ -86,10 +88,9 @@ _SAME = 0.1
 
 @dataclass(frozen=True, eq=False)
 class NoiseAccount:
-    """An account of the residual: a regression along a path with its posterior, or a part of that.
+    """One explanation of the residual: a law, a kind of noise, a random force or none, and its posterior.
 
-    The part is that with a random force, or without. Its posterior in units of the signal is computed when it
-    is first read.
+    That in units of the signal is computed when it is first read.
 
     Attributes
     ----------
@@ -442,7 +443,7 @@ class NoiseAccounts:
         behind = _behind(self._unfiltered)
         if not behind:
             return self.behind_none
-        rest = 1.0 - _total(behind)
+        rest = 1.0 - total_probability(behind)
         none = [replace(each, probability=each.probability * rest) for each in self._unfiltered.accounts]
         return self._with_both([*none, *behind])
 
@@ -476,8 +477,8 @@ class _Unfiltered(NamedTuple):
         Then no spectrum is compared: a filter would have coloured the noise or removed the corners.
         """
         law, any_shape = (
-            sum(
-                each.probability
+            total_probability(
+                each
                 for each in self.accounts
                 if each.of_white_noise and not each.forced and each.free_corners == free
             )
@@ -610,10 +611,10 @@ def _with_both(found: Sequence[NoiseAccount]) -> list[NoiseAccount]:
     """
     forced = [each for each in found if each.forced]
     others = [each for each in found if each.laid.has_other_forces]
-    base = max(forced, others, key=_total)
-    if _total(base) < 0.5:
+    base = max(forced, others, key=total_probability)
+    if total_probability(base) < 0.5:
         return list(found)
-    best = max(base, key=lambda each: each.probability)
+    best = most_probable(base)
     had = best.laid.has_other_forces
     laid = best.laid if had else _with_other_forces(best.laid)
     columns, alone = laid.regression.sets.sum(axis=1), laid.acting.sum(axis=1) == 1
@@ -621,7 +622,7 @@ def _with_both(found: Sequence[NoiseAccount]) -> list[NoiseAccount]:
     laid = laid.of_sets(simplest | (best.share_of_sets > SLIGHT) if had else simplest)
     both = _with_force([laid])
     log_odds = both.log_evidence - best.log_evidence
-    value = _total(base) * math.exp(min(log_odds, _LOG_SURE))
+    value = total_probability(base) * math.exp(min(log_odds, _LOG_SURE))
     total = 1.0 + value
     return [
         *(replace(each, probability=each.probability / total) for each in found),
@@ -629,8 +630,14 @@ def _with_both(found: Sequence[NoiseAccount]) -> list[NoiseAccount]:
     ]
 
 
-def _total(found: Sequence[NoiseAccount]) -> float:
-    return sum(each.probability for each in found)
+def total_probability(accounts: Iterable[NoiseAccount]) -> float:
+    """Probability of any of some accounts."""
+    return sum(each.probability for each in accounts)
+
+
+def most_probable(accounts: Iterable[NoiseAccount]) -> NoiseAccount:
+    """The most probable of some accounts."""
+    return max(accounts, key=lambda account: account.probability)
 
 
 def _log_evidence_of_filters(found: Sequence[_InEvidence]) -> float:
@@ -655,7 +662,7 @@ def _behind_kind(
     found: list[_InEvidence] = []
     log_odds, left = None, sum(share for share, _ in behind)
     for (share, _), each in zip(behind, shapes, strict=True):
-        parts = _under_floor(each, floor, forces=log_odds is None)
+        parts = _all_at_floor(each, floor, forces=log_odds is None)
         log_none = logsumexp([part.log_evidence for part in parts if not part.forced])
         of_force = share
         if log_odds is None:
@@ -720,7 +727,7 @@ def _under_white_noise(fit: Laid) -> list[_Shape]:
     """Accounts of white noise as it is along the fit, without a force and with one."""
     found = [_Shape([laid], _evaluated(laid)) for laid in _shapes(fit)]
     return [
-        shape._replace(forced=_with_force(_quiet(shape))) if likely else shape
+        shape._replace(forced=_with_force(_paths_with_least_noise(shape))) if likely else shape
         for shape, likely in zip(found, _may_be_forced([shape.still for shape in found]), strict=True)
     ]
 
@@ -741,7 +748,7 @@ def _along_too(shapes: Sequence[_Shape], laid: Laid) -> list[_Shape]:
         if still.laid.has_other_forces:
             still = _best([still, still.along(other)])
         if forced is not None:
-            there = _with_force(_quiet(shape._replace(paths=[other])))
+            there = _with_force(_paths_with_least_noise(shape._replace(paths=[other])))
             forced = _best([forced, there])
         found.append(_Shape([*shape.paths, other], still, forced))
     return found
@@ -767,7 +774,7 @@ def _along_own_motion(shape: _Shape) -> _Shape:
     return _Shape([*shape.paths, best.laid], best)
 
 
-def _quiet(shape: _Shape) -> list[Laid]:
+def _paths_with_least_noise(shape: _Shape) -> list[Laid]:
     """The paths under the least noise that a sensor may have."""
     return [laid.with_noise(_QUIETEST * shape.still.posterior.noise_sd) for laid in shape.paths]
 
@@ -779,18 +786,18 @@ def _evaluate(shapes: Sequence[_Shape]) -> tuple[list[NoiseAccount], float]:
     is coloured, all accounts are evaluated under a floor.
     """
     white = [shape.still for shape in shapes]
-    coloured = [each for shape in shapes for each in _as_it_is(shape.still, [shape.still.laid])]
+    coloured = [each for shape in shapes for each in _coloured_as_found(shape.still, [shape.still.laid])]
     best = max(part.log_evidence for part in (*white, *coloured))
     for shape in shapes:
         if shape.forced is not None:
             white.append(shape.forced)
             if shape.forced.log_evidence > best + math.log(SLIGHT):
-                coloured += _as_it_is(shape.forced, _quiet(shape))
+                coloured += _coloured_as_found(shape.forced, _paths_with_least_noise(shape))
     shares = _probabilities([*white, *coloured])
     found = [replace(each, probability=share) for each, share in zip(white, shares, strict=False)]
     if (share := sum(shares[len(white) :])) > _NEGLIGIBLE:
         # the least that a shape leaves near the motion
-        parts = _under_floor(shapes, min(shape.still.noise_floor for shape in shapes))
+        parts = _all_at_floor(shapes, min(shape.still.noise_floor for shape in shapes))
         for part, own in zip(parts, _probabilities(parts), strict=True):
             same = [k for k, each in enumerate(white) if part.of_white_noise and each.kind == part.kind]
             if same:
@@ -817,32 +824,36 @@ def _with_force(paths: Sequence[Laid]) -> NoiseAccount:
     return _best([_evaluated(laid, forced=True) for laid in paths])
 
 
-def _as_it_is(white: NoiseAccount, paths: Sequence[Laid]) -> list[NoiseAccount]:
+def _coloured_as_found(white: NoiseAccount, paths: Sequence[Laid]) -> list[NoiseAccount]:
     """The same account with the colour of its residual, along any path; none where that is white."""
     colour = white.own_colour
     return [] if colour is None else [_best([white.along(laid.with_noise(0.0, colour)) for laid in paths])]
 
 
-def _under_floor(shapes: Sequence[_Shape], floor: float, *, forces: bool = True) -> list[NoiseAccount]:
+def _all_at_floor(shapes: Sequence[_Shape], floor: float, *, forces: bool = True) -> list[NoiseAccount]:
     """All accounts, or those without a force, the noise nowhere below a floor.
 
     The silence behind a filter is no evidence against friction, or for a force in place of the noise.
     """
     stills = []
     for still in (shape.still for shape in shapes):
-        stills.append(_above(still.along(still.laid.with_noise(floor)), [still.laid], floor))
+        stills.append(
+            _white_or_coloured_at_floor(still.along(still.laid.with_noise(floor)), [still.laid], floor)
+        )
     likely = _may_be_forced([_best(still) for still in stills])
     parts = []
     for shape, own, may_be in zip(shapes, stills, likely, strict=True):
         forced: list[NoiseAccount] = []
         if may_be and forces:
             force = _with_force([laid.with_noise(floor) for laid in shape.paths])
-            forced = _above(force, shape.paths, floor)
-        parts += [*_in_colours_of(own, forced), *forced]
+            forced = _white_or_coloured_at_floor(force, shape.paths, floor)
+        parts += [*_stills_in_best_colour(own, forced), *forced]
     return parts
 
 
-def _in_colours_of(still: Sequence[NoiseAccount], forced: Sequence[NoiseAccount]) -> list[NoiseAccount]:
+def _stills_in_best_colour(
+    still: Sequence[NoiseAccount], forced: Sequence[NoiseAccount]
+) -> list[NoiseAccount]:
     """Accounts without a force, the coloured one in that of an account with one where this fits better.
 
     What a force has explained is missing from its colour, which may be the noise's own.
@@ -854,7 +865,9 @@ def _in_colours_of(still: Sequence[NoiseAccount], forced: Sequence[NoiseAccount]
     return [white, _best(own)] if own else [white]
 
 
-def _above(white: NoiseAccount, paths: Sequence[Laid], floor: float) -> list[NoiseAccount]:
+def _white_or_coloured_at_floor(
+    white: NoiseAccount, paths: Sequence[Laid], floor: float
+) -> list[NoiseAccount]:
     """Accounts of noise nowhere below a floor: white, and coloured where that is worth its coefficients."""
     noise = white.noise(floor)
     parts = [replace(white, weaker_above=noise.weaker_above)]

@@ -126,7 +126,7 @@ def noise_floor(
     if filter_ is not None:
         residual = filter_.gain * filter_.undone(residual)
     own, variance = burg(residual, fitted)
-    block = _samples_in_mean(phase)
+    block = samples_in_mean(_angle(phase))
     if residual.size < _FEWEST_MEANS * block:
         return math.sqrt(variance)
     # of a mean of a block to that of a sample
@@ -151,7 +151,7 @@ def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, ev
     white = SensorNoise(None, floor, weaker_above=own.order > 0 and floor**2 > variance)
     if own.order == 0 or not even:
         return white
-    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    angle = _angle(phase)
     colour = own.levelled(floor**2 / variance, angle, floor**2 / variance)
     if colour.gain(residual.size) <= colour.penalty:
         return white
@@ -166,12 +166,13 @@ def own_colour(residual: Array, phase: Array, fitted: int) -> Autoregression | N
     own, _ = burg(residual, fitted)
     if own.order == 0:
         return None
-    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    angle = _angle(phase)
     return own.levelled(own.level(angle * _OCTAVE), angle)
 
 
-def _samples_in_mean(phase: Array) -> int:
-    return samples_in_mean(float(phase[-1] - phase[0]) / (phase.size - 1))
+def _angle(phase: Array) -> float:
+    """Phase from one sample to the next, on average."""
+    return float(phase[-1] - phase[0]) / (phase.size - 1)
 
 
 @njit(**KERNEL)
@@ -192,7 +193,7 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     Parameters as for :func:`noise_floor`, of even samples. The autoregressions of the samples and of means of
     a twelfth of a period are of order zero by their criterion, and there is rather no force.
     """
-    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    angle = _angle(phase)
     for block in {1, samples_of_colour(angle)}:
         if burg(block_means(residual, block), fitted / block)[0].order:
             return False

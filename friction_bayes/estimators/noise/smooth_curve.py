@@ -17,11 +17,13 @@ from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["CURVE_SDS", "curve_degrees", "log_density_of_curve", "smooth_curve"]
+__all__ = ["CURVE_SDS", "LOG_ODDS_NOT_FREE", "curve_degrees", "log_density_of_curve", "smooth_curve"]
 
 CURVE_SDS = np.array([1.0, 0.5, 0.25])
 """Prior sds of its columns over that of the first: what changes smoothly has ever less of a higher degree."""
 CURVE_SDS.flags.writeable = False
+LOG_ODDS_NOT_FREE = math.log(0.1 / 0.9)
+"""A priori, of a hold or an earlier rest in a record."""
 _DEGREES = range(4, 13)
 """Of a curve over a half cycle, all as probable: below, that itself shows; above, noise is as smooth."""
 

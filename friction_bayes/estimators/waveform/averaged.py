@@ -16,7 +16,6 @@ import numpy as np
 from friction_bayes.conjugate.mixture import OMITTED, Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import (
@@ -24,7 +23,12 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import (
     loss_of_amplitude,
     uneven_loss,
 )
-from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount
+from friction_bayes.estimators.noise.noise_accounts import (
+    SLIGHT,
+    NoiseAccount,
+    most_probable,
+    total_probability,
+)
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.estimators.witness import Witness
 
@@ -67,9 +71,9 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     """Posterior of the random force from the accounts that have one, and of friction with and without it."""
     forced = [each for each in accounts if each.forced]
     still = [each for each in accounts if not each.forced]
-    best = max(forced, key=lambda each: each.probability)
+    best = most_probable(forced)
     return RandomForce(
-        probability=sum(each.probability for each in forced),
+        probability=total_probability(forced),
         sd=best.sd,
         correlation_time=best.correlation_time,
         coefficient_without=_mean_of(still, _probabilities(still))["coefficient"],
@@ -93,7 +97,7 @@ def _witness_of(
     noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
     noise without effect on the motion.
     """
-    if sum(each.probability for each in accounts if each.others and each.plain) > 0.5:
+    if total_probability(each for each in accounts if each.others and each.plain) > 0.5:
         return None
     if uneven is not None and uneven.sure and not uneven.losses:
         return Witness(uneven.coefficient, agrees=False, bounds=False)
@@ -107,7 +111,7 @@ def _witness_of(
 
 def _noise_is_known(accounts: Sequence[NoiseAccount]) -> bool:
     """Whether the noise is rather white, or that of a filter."""
-    return sum(each.probability for each in accounts if each.of_known_noise) > 0.5
+    return total_probability(each for each in accounts if each.of_known_noise) > 0.5
 
 
 def _by_accounts(accounts: Sequence[NoiseAccount]) -> UnevenLoss | None:
@@ -152,9 +156,9 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAcco
     averages = _averages(fit, accounts)
     # under a random force a law alone wanders off
     others = [each for each in accounts if each.others and not each.forced]
-    if sum(each.probability for each in others) > 0.5 and fit.prediction is not None:
-        best = max(others, key=lambda each: each.probability)
-        averages["prediction"] = best.prediction(fit.prediction, decay.time - decay.time[0])
+    if total_probability(others) > 0.5 and fit.prediction is not None:
+        predicted = most_probable(others).prediction(fit.prediction, decay.time - decay.time[0])
+        averages["prediction"] = predicted
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
         # remarks about residuals concern the interval under white noise, not this one
@@ -172,11 +176,10 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAcco
 
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[PosteriorPart, ...]:
     """Parts for a sampler: the fit itself under white noise, unless its account has more noise."""
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
     parts: list[PosteriorPart] = []
     for i, account in enumerate(accounts):
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
             white = PosteriorPart(account.name, account.probability, False, fit.coefficient, fit.build_target)
-            parts += [white] if own else account.parts(factor)
+            parts += [white] if own else account.parts(decay.force_factor)
     return tuple(parts)

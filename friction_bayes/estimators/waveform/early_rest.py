@@ -15,12 +15,14 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.noise.smooth_curve import curve_degrees, log_density_of_curve
+from friction_bayes.estimators.noise.smooth_curve import (
+    LOG_ODDS_NOT_FREE,
+    curve_degrees,
+    log_density_of_curve,
+)
 
 __all__ = ["may_rest_early", "until_rest"]
 
-_LOG_PRIOR_ODDS = math.log(0.1 / 0.9)
-"""Of an earlier rest a priori."""
 _MOST_EARLIER = 3
 """Half cycles by which it may come earlier, each as probable: friction at rest is then seven times that of
 sliding. The last turning point of the fit, where the mass rests by that, may be named too.
@@ -42,7 +44,7 @@ def until_rest(decay: FreeDecay, fit: Fit) -> FreeDecay:
         if left.size - turn >= _FEWEST and noise > 0.0
     }
     best = max(log_odds, key=lambda turn: log_odds[turn], default=None)
-    if best is None or log_odds[best] + _LOG_PRIOR_ODDS - math.log(_MOST_EARLIER) < 0.0:
+    if best is None or log_odds[best] + LOG_ODDS_NOT_FREE - math.log(_MOST_EARLIER) < 0.0:
         return decay
     return decay.until(best)
 

@@ -6,14 +6,13 @@ Something may have held the mass at the start of a record, as a hand does, or ha
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.base import BehindFilter, Fit
 from friction_bayes.estimators.noise.held_part import log_odds_of_hold
-from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccounts, total_probability
 from friction_bayes.estimators.waveform.early_rest import until_rest
 from friction_bayes.estimators.waveform.sensor_faults import plain_decay, without_sensor_faults
 
@@ -45,12 +44,12 @@ class FreePart(NamedTuple):
     def explained(self) -> bool:
         """Whether forces that follow the motion rather explain it in white noise."""
         accounts = self.accounts.behind_none
-        return sum(each.probability for each in accounts if each.of_white_noise and not each.forced) > 0.5
+        return total_probability(each for each in accounts if each.of_white_noise and not each.forced) > 0.5
 
     @property
     def behind_filter(self) -> bool:
         """Whether a filter rather explains it, its start too."""
-        return replace(self.fit, accounts=self.accounts.all).filter is not None
+        return BehindFilter.of(self.accounts.all) is not None
 
 
 def free_part(

@@ -14,7 +14,6 @@ from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_s
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion
 from friction_bayes.estimators.waveform.signal_target import SignalModel, signal_target
@@ -110,5 +109,4 @@ def _target(
     prior: NormalInverseGamma,
     posterior: NormalInverseGamma,
 ) -> Target:
-    factor = force_factor(decay.system, decay.quantity, decay.unit)
-    return signal_target(build_model(), prior, posterior, force_factor=factor)
+    return signal_target(build_model(), prior, posterior, force_factor=decay.force_factor)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.summary import HALF_WIDTH90
 from friction_bayes.estimators.noise.free_corners import corners_after
 from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
@@ -38,8 +39,6 @@ _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "
     "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
 )
-_BAND90 = 1.6448536269514722
-"""Half width of the central 90 % of a normal distribution, in standard deviations."""
 _DRAWS = 40
 """Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
 
@@ -80,7 +79,7 @@ def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
     """Error of the final model, and the share of the samples within its predictive 90 % band."""
     errors = _errors(after)
     sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
-    inside = float(np.mean(np.abs(errors) <= _BAND90 * sd)) if errors.size else math.nan
+    inside = float(np.mean(np.abs(errors) <= HALF_WIDTH90 * sd)) if errors.size else math.nan
     return {"after": _rms(errors), "inside90": inside}
 
 
@@ -191,7 +190,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
 def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
     """Signal, displacement and velocity of one draw's law from a state on, shape (3, n)."""
     fit = draws.fit
-    names = fit.sets[draws.chosen[k]] - set(OF_LINES)
+    names = fit.sets[draws.set_index[k]] - set(OF_LINES)
     only = np.zeros(draws.friction.size, dtype=bool)
     only[k] = True
     values = {

@@ -364,7 +364,7 @@ class SensorColumn(NamedTuple):
 
 
 def sensor_columns(
-    name: str, scales: Scales, order: int, w0: float, size: float | None = None
+    name: str, scales: Scales, order: int, w0: float, size: float | None
 ) -> Iterator[SensorColumn]:
     """Columns of a sensor effect that is linear in its parameters, or in the first about its ``size``.
 

@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, margin
@@ -195,7 +194,7 @@ def why_not_evaluated(name: str, segment: Segment, scales: Scales) -> str:
     by_swing = effect.least_swing > 0.0
     if isinstance(effect, ForceEffect) and scales.system.angular:
         by_swing |= math.isfinite(effect.largest_swing)
-    if by_swing and segment.decay.unit in UNCALIBRATED_UNITS:
+    if by_swing and not segment.decay.calibrated:
         return "how far it swings is unknown without a calibration of the sensor"
     # lines are searched for, and what is clipped is not evaluated along a motion
     apart = name in (*OF_LINES, SENSOR_CLIPPING.name)

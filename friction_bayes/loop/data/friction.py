@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.loop.data.model import LoopModel
@@ -43,10 +42,8 @@ def friction_scale(model: LoopModel) -> tuple[float, str]:
 
     Of a signal that is not calibrated only friction in the unit of the signal can be reported.
     """
-    decay = model.segments[0].decay
-    if decay.unit in UNCALIBRATED_UNITS:
-        return 1.0 / model.system.force_factor(decay.quantity), decay.unit
-    return 1.0, model.system.friction_unit
+    decay, system = model.segments[0].decay, model.system
+    return decay.force_factor / system.force_factor(decay.quantity), decay.friction_unit
 
 
 def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:

@@ -82,25 +82,16 @@ class LoopModel:
     segments : tuple of Segment
     effects : tuple of str
         Effects that change the signal.
-    whole : tuple of Segment, optional
-        Where ``segments`` are the first parts of records, the whole records: priors and durations are
-        theirs.
     """
 
     system: Oscillator
     segments: tuple[Segment, ...]
     effects: tuple[str, ...] = ()
-    whole: tuple[Segment, ...] | None = None
 
     @cached_property
     def scales(self) -> Scales:
         """Scales of the priors."""
-        return scales_of(self.whole or self.segments, self.system)
-
-    @cached_property
-    def durations(self) -> tuple[float, ...]:
-        """How long each record moves [s], to which friction drift refers."""
-        return tuple(segment.duration for segment in self.whole or self.segments)
+        return scales_of(self.segments, self.system)
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -183,7 +174,7 @@ class LoopModel:
     def of_first_samples(self, samples: Sequence[int]) -> LoopModel:
         """The same model, priors included, of the first samples of each record."""
         heads = tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
-        return replace(self, segments=heads, whole=self.whole or self.segments)
+        return replace(self, segments=heads)
 
     def predict(self, z: Array, r: int) -> Prediction | None:
         """Prediction of record ``r``; None when the motion is not finite."""
@@ -215,7 +206,7 @@ class LoopModel:
             mass,
             stiffness,
             self.system.pendulum,
-            self.durations[r],
+            self.segments[r].duration,
             force_vector(effects),
             _RTOL,
             order,

@@ -10,13 +10,13 @@ import xarray as xr
 
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, unknown_name
+from friction_bayes.estimators.estimate import RANDOM_FORCE_CHOICES
 from friction_bayes.mechanics.effects import EFFECTS, effect_named, in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["NOISES", "TOLERANCE", "LoopOptions"]
 
 NOISES = ("auto", "white", "ar")
-RANDOM_FORCES = ("auto", "none")
 TOLERANCE = 0.2
 
 
@@ -44,7 +44,7 @@ class LoopOptions:
             )
         for place, value, choices in (
             ("noise", self.noise, NOISES),
-            ("random_force", self.random_force, RANDOM_FORCES),
+            ("random_force", self.random_force, RANDOM_FORCE_CHOICES),
         ):
             if value not in choices:
                 raise unknown_name(place, "choice", value, choices)

@@ -32,6 +32,7 @@ from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
+from friction_bayes.estimators.noise.smooth_curve import LOG_ODDS_NOT_FREE
 from friction_bayes.estimators.waveform.early_rest import may_rest_early, until_rest
 from friction_bayes.estimators.waveform.estimator import white_noise_fit
 from friction_bayes.estimators.waveform.free_part import free_part
@@ -48,8 +49,6 @@ from friction_bayes.records.starting_over import while_going_on
 __all__ = ["Segment", "cut_records", "held_samples", "rather_free"]
 
 _NEIGHBOURS = 7
-_LOG_ODDS = math.log(0.1 / 0.9)
-"""Of a hold, a priori."""
 _FINENESS = 8
 """Number of release times that are tried between two samples."""
 _HARMONICS = np.array([1.0, 2.0])
@@ -80,6 +79,8 @@ class Segment:
         too.
     moving : int
         Samples before the stop.
+    duration : float
+        How long the mass of the whole record moves [s], to which friction drift refers.
     first : int
         Which of the kept samples is the first.
     kept : ndarray of bool, shape (recorded,)
@@ -104,6 +105,7 @@ class Segment:
     measured: Array
     near_jumps: Mask
     moving: int
+    duration: float
     first: int
     kept: Mask
     filled: Mask
@@ -149,11 +151,6 @@ class Segment:
         """Values of samples none of which were recorded, shape (n,)."""
         used = self.filled[self.first : self.first + self.block * self.values.size]
         return np.asarray(used.reshape(-1, self.block).all(axis=1))
-
-    @property
-    def duration(self) -> float:
-        """How long the mass moves [s], to which friction drift refers."""
-        return float(self.decay.step * self.moving)
 
     @property
     def clipped(self) -> bool:
@@ -296,6 +293,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         measured=measured,
         near_jumps=near_jumps,
         moving=min(moving, n),
+        duration=float(decay.step * min(moving, n)),
         first=first * block,
         kept=kept,
         filled=filled,
@@ -392,7 +390,7 @@ def held_samples(decay: FreeDecay) -> int:
     misfits = [_misfit(_released(time - angle * at, order), values) for at in releases]
     best = int(np.argmin(misfits))
     gain = 0.5 * values.size * math.log((_misfit(in_motion, values) + least) / (misfits[best] + least))
-    return math.ceil(releases[best]) if gain + _LOG_ODDS > math.log(longest) else 0
+    return math.ceil(releases[best]) if gain + LOG_ODDS_NOT_FREE > math.log(longest) else 0
 
 
 def _released(since: Array, order: int) -> Array:

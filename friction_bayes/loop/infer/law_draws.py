@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,10 +17,20 @@ from friction_bayes.loop.infer.law_fit import LawFit, spreads_evaluated
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["DRAWS", "LEAST_PROBABILITY", "DrawnLaws", "LawDraws", "draw_laws", "shared_out", "unit_force"]
+__all__ = [
+    "DRAWS",
+    "LEAST_PROBABILITY",
+    "DrawnLaws",
+    "LawDraws",
+    "by_record",
+    "draw_laws",
+    "shared_out",
+    "unit_force",
+]
+
+_Value = TypeVar("_Value")
 
 DRAWS = 4000
 LEAST_PROBABILITY = 1e-4
@@ -49,7 +60,7 @@ class LawDraws:
     ----------
     coefficients : ndarray, shape (k, p)
         Natural units as the columns have them; zero where a set lacks the column.
-    point, chosen : ndarray of int, shape (k,)
+    point, set_index : ndarray of int, shape (k,)
         Point of the grid and set of columns of each draw.
     friction : ndarray, shape (k,)
         Friction force of the declared system [N or N m].
@@ -66,7 +77,7 @@ class LawDraws:
     fit: ForceFit
     coefficients: Array
     point: Integers
-    chosen: Integers
+    set_index: Integers
     friction: Array
     stiffness: Array
     random_force: Array
@@ -79,7 +90,7 @@ class LawDraws:
         # a series that is cut short has nothing beyond
         found: defaultdict[str, Array] = defaultdict(lambda: np.zeros(chosen.size))
         having = np.zeros(chosen.size, np.bool_)
-        held = self.fit.regression.sets[self.chosen]
+        held = self.fit.regression.sets[self.set_index]
         own = [j for j, column in enumerate(law.columns) if column.effect == effect]
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
@@ -94,7 +105,7 @@ class LawDraws:
     def lines(self, effect: str, chosen: Mask) -> list[dict[str, Array]]:
         """Parameters of each line of an effect, as :meth:`parameters` has those of the strongest."""
         law = self.fit.law
-        held = self.fit.regression.sets[self.chosen]
+        held = self.fit.regression.sets[self.set_index]
         found: dict[Line, list[int]] = {}
         for j, column in enumerate(law.columns):
             if column.line is not None and column.effect == effect:
@@ -119,6 +130,9 @@ class LawDraws:
             found[parameter.name] = np.asarray(parameter.low + (parameter.high - parameter.low) * spread)
         if line is not None and not line.steady:
             found |= line.moved(**found)
+        if line is not None:
+            sine, cosine = found["sine"], found["cosine"]
+            found |= {"amplitude": np.hypot(sine, cosine), "phase": np.arctan2(cosine, sine)}
         return found
 
 
@@ -139,7 +153,7 @@ def _of_record(
         fit=one,
         coefficients=coefficients,
         point=point,
-        chosen=fit.problem.number[row],
+        set_index=fit.problem.number[row],
         friction=coefficients[:, one.law.frictions].sum(axis=1) * factor,
         stiffness=stiffness,
         random_force=fit.posterior.ratio[point] * member.ratio(1.0) * noise * factor,
@@ -211,12 +225,11 @@ class DrawnLaws:
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
         """Parameters of an effect in the ``chosen`` draws that have it, a record's own with its number."""
         if isinstance(EFFECTS[effect], GrowingNoiseEffect):
-            name, numbered = EFFECTS[effect].parameters[0].name, len(self.records) > 1
-            return {
-                f"{name}[{r}]" if numbered else name: draws.noise_growth[chosen]
-                for r, draws in enumerate(self.records)
-                if effect in draws.fit.sensor_noise.effects
-            }
+            name = EFFECTS[effect].parameters[0].name
+            return by_record(
+                {name: draws.noise_growth[chosen]} if effect in draws.fit.sensor_noise.effects else {}
+                for draws in self.records
+            )
         if effect == RANDOM_FORCE.name:
             return {
                 "sd": self.first.random_force[chosen],
@@ -226,11 +239,17 @@ class DrawnLaws:
         if len(self.records) == 1 or not own:
             # a share of friction is one of the mean friction
             return _parameters(replace(self.first, friction=self.friction), effect, chosen)
-        return {
-            f"{name}[{r}]": values
-            for r, draws in enumerate(self.records)
-            for name, values in _parameters(draws, effect, chosen).items()
-        }
+        return by_record(_parameters(draws, effect, chosen) for draws in self.records)
+
+
+def by_record(records: Iterable[Mapping[str, _Value]]) -> dict[str, _Value]:
+    """Values of some records by name, with the record's number where there are several."""
+    each = list(records)
+    return {
+        f"{name}[{r}]" if len(each) > 1 else name: value
+        for r, own in enumerate(each)
+        for name, value in own.items()
+    }
 
 
 def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> DrawnLaws:
@@ -279,7 +298,4 @@ def _scores(draws: LawDraws, wanted: Mask) -> Array:
 def _parameters(draws: LawDraws, effect: str, chosen: Mask) -> dict[str, Array]:
     """Parameters as in the catalogue: a line of interference by amplitude and phase."""
     values = draws.parameters(effect, chosen)
-    if effect == PERIODIC_INTERFERENCE.name:
-        sine, cosine = values["sine"], values["cosine"]
-        values |= {"amplitude": np.hypot(sine, cosine), "phase": np.arctan2(cosine, sine)}
     return {parameter.name: values[parameter.name] for parameter in EFFECTS[effect].parameters}

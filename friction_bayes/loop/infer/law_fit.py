@@ -370,7 +370,7 @@ def _under(posterior: Posterior) -> Iterator[tuple[Posterior, Array]]:
     has that set at that point alone.
     """
     problem, best = posterior.problem, posterior.best
-    row = best.chosen
+    row = best.row
     given = problem.conditional(best, row)
     laws = given.laws(posterior.best_law()[given.columns][None])[0]
     for member, law in zip(problem.members, laws, strict=True):

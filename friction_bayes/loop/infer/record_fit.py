@@ -71,7 +71,7 @@ class ForceFit(LawAlongMotion):
     @property
     def chosen(self) -> int:
         """The best set."""
-        return self.posterior.best.chosen
+        return self.posterior.best.row
 
     @property
     def residual(self) -> Array:

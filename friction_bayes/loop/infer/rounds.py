@@ -69,7 +69,7 @@ class Round:
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
-    alone : bool
+    motion_without_force : bool
         Whether the next round goes along the motion of the best law without a random force, however probable
         one is. What neighbouring samples share of the noise then stays as it is: that may be the force.
     """
@@ -80,7 +80,7 @@ class Round:
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
-    alone: bool = False
+    motion_without_force: bool = False
 
     @classmethod
     def first(cls, whole: MovingRecord) -> Round | None:
@@ -108,12 +108,12 @@ class Round:
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(whole, ceiling, none, False, found, None, alone=True)
+        return cls(whole, ceiling, none, False, found, None, motion_without_force=True)
 
     @cached_property
     def with_force(self) -> Round:
         """The same where a random force may go with the motion from now on."""
-        return replace(self, alone=False)
+        return replace(self, motion_without_force=False)
 
     @property
     def aside(self) -> Mask:
@@ -123,7 +123,7 @@ class Round:
     @cached_property
     def _posterior(self) -> Posterior:
         """At its mode, given that its best set is possible."""
-        prior = self.found.prior.without_force if self.alone else self.found.prior
+        prior = self.found.prior.without_force if self.motion_without_force else self.found.prior
         return integrate_possible(self.found, prior, self.near)
 
     @property
@@ -138,7 +138,7 @@ class Round:
             found += self.whole.filter.log_prior
         if self.whole.jump is not None:
             found += log_odds_of_knocks(self.whole.jump)
-        if self.alone:
+        if self.motion_without_force:
             found += math.log(self.found.prior.none)
         return found - used * self.whole.segment.order * math.log(self.found.w0)
 
@@ -152,20 +152,20 @@ class Round:
         return self._posterior.best_law()
 
     @property
-    def is_all(self) -> bool:
+    def leaves_nothing(self) -> bool:
         """Whether the residual of the law is white noise, without a knock or a probable random force."""
         knocked = self.whole.jump is not None and self.whole.jump.any()
         return self._best.ratio == 0.0 and not knocked and self.leaves_white
 
     @property
-    def is_plain(self) -> bool:
+    def is_dry_friction_alone(self) -> bool:
         """Whether this is so of dry friction alone, with no more than an error of the sensor's zero."""
-        return self.is_all and self.acting <= SENSOR_ZERO
+        return self.leaves_nothing and self.acting <= SENSOR_ZERO
 
     @property
     def acting(self) -> frozenset[str]:
         """Effects of its most probable law."""
-        return self.found.sets[self._best.chosen]
+        return self.found.sets[self._best.row]
 
     @cached_property
     def leaves_white(self) -> bool:
@@ -222,7 +222,7 @@ class Round:
         """The noise that neighbouring samples share; None where it is unchanged."""
         if isinstance(self.whole.error, Colour):
             return self._colour_near_motion if self.whole.error.least_noise else self._colour
-        if self.whole.noise == "white" or self.alone:
+        if self.whole.noise == "white" or self.motion_without_force:
             return None
         return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
 
@@ -284,7 +284,7 @@ class Round:
         """
         if self.whole.segment.order == 0:
             return None
-        return self._again(replace(self.whole, free_corners=True), near=None, alone=False)
+        return self._again(replace(self.whole, free_corners=True), near=None, motion_without_force=False)
 
     def behind_filter(self) -> Round | None:
         """The same law behind the filter that the record went through; None without one."""
@@ -295,7 +295,7 @@ class Round:
         if filter_ is None:
             return None
         behind = replace(self.whole.behind(filter_), error=NO_ERROR)
-        return self._again(behind, near=None, alone=True)
+        return self._again(behind, near=None, motion_without_force=True)
 
     def _again(
         self,
@@ -354,7 +354,7 @@ class Round:
     def jumping(self, jump: Array) -> Round:
         """The same with a force that may jump, shape (n - 1,)."""
         found = self.found.on(replace(self.found.record, jump=jump))
-        return replace(self, whole=replace(self.whole, jump=jump), found=found, alone=False)
+        return replace(self, whole=replace(self.whole, jump=jump), found=found, motion_without_force=False)
 
 
 def _law_along(

@@ -45,7 +45,7 @@ def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     with the one that is reached without.
     """
     latest = _converged(whole, filters=filters)
-    if latest is None or latest.is_plain or CURVED_SENSOR_DRIFT.name not in latest.acting:
+    if latest is None or latest.is_dry_friction_alone or CURVED_SENSOR_DRIFT.name not in latest.acting:
         return latest
     straight = _converged(whole.without_effects({CURVED_SENSOR_DRIFT.name}), filters=filters)
     return _better(latest, None if straight is None else _settled(straight.among(whole.allowed)))
@@ -58,7 +58,7 @@ def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
     if whole.filter is not None:
         return None if still is None else _settled(still.in_its_colour_near_motion()) or still
     coulomb = None
-    if still is None or not still.with_force.is_all:
+    if still is None or not still.with_force.leaves_nothing:
         # step by step a law may not reach an optimum far from its start
         coulomb = coulomb_start(whole)
         still = _better(still, _settled(Round.about_coulomb(whole, coulomb)))
@@ -86,7 +86,7 @@ def _without_drift(still: Round | None) -> Round | None:
 def _with_force(first: Round | None, still: Round | None) -> Round | None:
     """The law where a force may go with the motion, by the one or the other start."""
     latest = None if still is None else still.with_force
-    if first is None or (latest is not None and latest.is_all):
+    if first is None or (latest is not None and latest.leaves_nothing):
         return latest
     free = _settled(first.with_force)
     # along its own, exact motion a law does not need the force that made up for an inexact one
@@ -99,7 +99,7 @@ def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None
     The spectra have compared a filter with noise of any other colour: what holds behind it is not compared
     with that again.
     """
-    sought, best = filters and not latest.is_plain, latest
+    sought, best = filters and not latest.is_dry_friction_alone, latest
     behind = _behind_filter(still, coulomb) if sought and still.whole.noise == "auto" else None
     if behind is not None and not _holds_against(latest, behind):
         best = behind

@@ -28,7 +28,7 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
-from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
+from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, by_record, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
@@ -186,9 +186,9 @@ class Candidates:
     def _candidate(self) -> Integers:
         """Index of the set of each draw, shape (k,); -1 without one."""
         drawn = self.laws.first
-        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.set_index], axis=0)
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
-        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.set_index]
 
     @cached_property
     def _of_best(self) -> Mask:
@@ -246,12 +246,7 @@ class Candidates:
         fit = self.best[0]
         units = parameter_units(name, fit.segment, fit.record.system)
         if name in (SENSOR_CLIPPING.name, OUTLIERS.name):
-            numbered = len(self.best) > 1
-            return {
-                f"{key}[{r}]" if numbered else key: value
-                for r, one in enumerate(self.best)
-                for key, value in sensor_parameters(name, one, units).items()
-            }
+            return by_record(sensor_parameters(name, one, units) for one in self.best)
         return {
             key: parameter_summary(values, units[key.partition("[")[0]])
             for key, values in self.laws.parameters(name, self._of_best).items()
@@ -278,10 +273,14 @@ class Candidates:
         }
         if not self.fit.one:
             found["friction_spread"] = self.laws.spread[best]
-            for r, one in enumerate(self.laws.records):
-                found[f"friction[{r}]"] = one.friction[best]
-                found[f"displacement[{r}]"] = one.coefficients[best, 0]
-                found[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
+            found |= by_record(
+                {
+                    "friction": one.friction[best],
+                    "displacement": one.coefficients[best, 0],
+                    "velocity": one.coefficients[best, 1] * one.fit.w0,
+                }
+                for one in self.laws.records
+            )
         return found
 
     @cached_property

@@ -191,7 +191,7 @@ def slight_force(fit: LawFit) -> SlightForce | None:
     None where that law has no dry friction, or the records determine every force.
     """
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
-    best = none.chosen
+    best = none.row
     rubs = np.flatnonzero(fit.problem.sets[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
     if rubs.size == 0:
         return None

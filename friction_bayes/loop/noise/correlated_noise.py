@@ -182,7 +182,7 @@ class BestSet:
 
     def __init__(self, regression: LawRegression, posterior: Posterior) -> None:
         self.regression = regression
-        chosen = posterior.problem.sets[posterior.best.chosen]
+        chosen = posterior.problem.sets[posterior.best.row]
         self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
         scaled = (regression.columns * regression.scale)[:, chosen]
         self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])

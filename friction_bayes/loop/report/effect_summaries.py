@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -36,7 +35,7 @@ def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str
     """
     decay, effect = segment.decay, EFFECTS[name]
     units = {p.name: p.unit_in(system, decay.unit) for p in effect.parameters}
-    if decay.unit not in UNCALIBRATED_UNITS or not isinstance(effect, ForceEffect | ProcessEffect):
+    if decay.calibrated or not isinstance(effect, ForceEffect | ProcessEffect):
         return units
     taken = f" (1 {decay.unit} as 1 {decay.quantity.unit})"
     return {p: unit if unit in _WITHOUT_SIZE else unit + taken for p, unit in units.items()}
@@ -55,14 +54,14 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
 def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str, Any]:
     """A line in the spectrum of one record: frequency, decay time (None where it lasts) and amplitude.
 
-    Drawn are its ``frequency``, ``sine`` and ``cosine`` and, of one that dies out, ``decay_time``.
+    Drawn are its ``frequency``, ``amplitude`` and, of one that dies out, ``decay_time``.
     """
     decay_time = drawn.get("decay_time")
     return {
         "record": record,
         "frequency": parameter_summary(drawn["frequency"], "Hz"),
         "decay_time": None if decay_time is None else parameter_summary(decay_time, "s"),
-        "amplitude": parameter_summary(np.hypot(drawn["sine"], drawn["cosine"]), unit),
+        "amplitude": parameter_summary(drawn["amplitude"], unit),
     }
 
 

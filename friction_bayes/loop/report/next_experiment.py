@@ -329,8 +329,8 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     draws, fit = laws.first, laws.first.fit
     if np.count_nonzero(chosen) < 2:
         return None
-    shape = int(np.argmax(np.bincount(draws.chosen[chosen])))
-    mine = chosen & (draws.chosen == shape)
+    shape = int(np.argmax(np.bincount(draws.set_index[chosen])))
+    mine = chosen & (draws.set_index == shape)
     if np.count_nonzero(mine) < 2:
         return None
     names = fit.sets[shape]

@@ -138,7 +138,7 @@ class LoopReport(Shown):
     verdict : str
         ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
     because : tuple of str
-        What speaks against the number: see :func:`friction_bayes.loop.report.verdict.reasons_against`. With
+        What speaks against the number: see :func:`friction_bayes.loop.build_report.reasons_against`. With
         a forecast alone that is worse than Coulomb friction's the record is ambiguous, with any other
         unexplained.
     effects : list of dict

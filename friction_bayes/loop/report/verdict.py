@@ -21,11 +21,11 @@ from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 __all__ = [
     "ADDED",
     "AMBIGUOUS",
+    "FORECAST",
     "UNEXPLAINED",
     "credible_candidates",
     "credible_count",
     "friction_range",
-    "reasons_against",
     "verdict",
 ]
 
@@ -45,43 +45,6 @@ def credible_count(probabilities: ArrayLike) -> int:
 def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
     """Those of a report's ``candidates``, most probable first, that together have 95 %."""
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
-
-
-def reasons_against(
-    *,
-    is_noise: bool,
-    shift: float,
-    loss: float,
-    held_out: Mapping[str, Any],
-    least_noise: float,
-    friction: tuple[float, float],
-    witnesses: Mapping[str, Any] | None,
-    contradicted: bool,
-) -> tuple[str, ...]:
-    """Names of the reasons against the number, whatever the effects found; what is not known is none.
-
-    The residual of the most probable candidate ``is_noise`` at the motion's frequency, or too small to
-    matter; friction could ``shift`` for it, the ``loss`` of amplitude alone would explain another; below
-    ``least_noise``, unit of the signal, no forecast is the better; ``friction`` is the 90 % interval over all
-    candidates; ``held_out`` and ``witnesses`` are fields of the report; the records may be ``contradicted``
-    by each other.
-    """
-    as_bad, before = 1.0 + settings.SETTINGS.worse_forecast, max(held_out["before"], least_noise)
-    reasons = {
-        "left_over": not is_noise,
-        "shift": shift > settings.SETTINGS.most_shift * loss > 0.0,
-        "band": held_out["inside90"] < settings.SETTINGS.least_inside,
-        FORECAST: held_out["after"] > as_bad * before > 0.0,
-        "witnesses": witnesses is not None and not _spans(friction, witnesses),
-        "records": contradicted,
-    }
-    return tuple(name for name, found in reasons.items() if found)
-
-
-def _spans(friction: tuple[float, float], witnesses: Mapping[str, Any]) -> bool:
-    """Whether two witnesses agree, or the interval of friction reaches into those of both."""
-    both = (witnesses[name]["interval90"] for name in ("loss", "shape"))
-    return witnesses["agree"] or all(low <= friction[1] and friction[0] <= high for low, high in both)
 
 
 def verdict(

@@ -139,7 +139,7 @@ def test_a_forecast_is_of_all_laws_each_as_probable_as_after_the_whole_record(
     candidates = alone(1e-4)
     assert candidates.forecasts
     (laws,) = drawn[0].records
-    found = Counter(laws.fit.sets[k] for k in laws.chosen)
+    found = Counter(laws.fit.sets[k] for k in laws.set_index)
     probable = [k for k, p in enumerate(candidates.probabilities) if p > 0.05]
     assert len(probable) > 1
     for names, probability in ((candidates.sets[k], candidates.probabilities[k]) for k in probable):

@@ -16,9 +16,9 @@ def test_a_parameter_is_drawn_with_the_law_that_it_shapes(rng: np.random.Generat
     weight = np.ones_like(fit.posterior.weight) * np.exp(fit.regression.log_prior)
     draws = draw_laws(LawFit.of(fit), rng, 4000, weight).first
     for effect in ("presliding", "stribeck_friction"):
-        having = np.array([effect in fit.sets[row] for row in draws.chosen])
+        having = np.array([effect in fit.sets[row] for row in draws.set_index])
         shapes = []
-        for row in draws.chosen[having]:
+        for row in draws.set_index[having]:
             held = [fit.law.columns[j] for j in np.flatnonzero(fit.regression.sets[row])]
             shapes.append(next(c.shape[0] for c in held if c.effect == effect))
         assert len(set(shapes)) > 2

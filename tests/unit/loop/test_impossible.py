@@ -78,14 +78,14 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     free = integrate_force(found.problem, found.prior.without_force)
     assert once_a_turn(free.best_law()) > 0.5
     beyond = impossible(found, free)
-    assert beyond[free.best.chosen]
+    assert beyond[free.best.row]
     assert np.count_nonzero(beyond) > 1
     # what was not evaluated has no law of its own, and is not judged by another
     only = np.zeros_like(free.weight, np.bool_)
-    only[:, free.best.chosen] = True
-    assert np.flatnonzero(impossible(found, free.among(only))).tolist() == [free.best.chosen]
+    only[:, free.best.row] = True
+    assert np.flatnonzero(impossible(found, free.among(only))).tolist() == [free.best.row]
     bound = integrate_possible(found, found.prior.without_force)
-    assert not impossible(found, bound)[bound.best.chosen]
+    assert not impossible(found, bound)[bound.best.row]
     assert once_a_turn(bound.best_law()) < 0.2
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from arviz_stats.base import array_stats
 import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.loop import LoopReport
+from friction_bayes.loop.build_report import reasons_against
 from friction_bayes.loop.report.next_experiment import WHETHER_IT_RUBS
-from friction_bayes.loop.report.verdict import credible_count, friction_range, reasons_against, verdict
+from friction_bayes.loop.report.verdict import credible_count, friction_range, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()
@@ -68,12 +70,12 @@ def test_verdict_follows_the_rule(sets: list[frozenset[str]], probabilities: lis
 
 
 SOUND: dict[str, Any] = {
-    "is_noise": True,
+    "explains": True,
+    "factor": 1.0,
     "shift": 0.1,
     "loss": 1.0,
     "held_out": {"before": 2.0, "after": 2.0, "inside90": 0.9, "noise_floor": 0.1},
     "least_noise": 0.0,
-    "friction": (0.9, 1.1),
     "witnesses": None,
     "contradicted": False,
 }
@@ -93,7 +95,7 @@ def forecast(**figures: float) -> dict[str, Any]:
     ("found", "against"),
     [
         ({}, ()),
-        ({"is_noise": False}, ("left_over",)),
+        ({"explains": False}, ("left_over",)),
         ({"shift": 0.49}, ()),
         ({"shift": 0.51}, ("shift",)),
         # a motion that loses no amplitude has no friction that what is left could be half of
@@ -112,7 +114,8 @@ def forecast(**figures: float) -> dict[str, Any]:
     ],
 )
 def test_what_forbids_to_use_the_number(found: dict[str, Any], against: tuple[str, ...]) -> None:
-    assert reasons_against(**SOUND | found) == against
+    candidates = SimpleNamespace(**SOUND | found)
+    assert reasons_against(candidates, candidates.loss, candidates.held_out, (0.9, 1.1)) == against
 
 
 def test_credible_counts_what_holds_95_percent() -> None:

@@ -560,7 +560,7 @@ def test_average_over_the_force(rng) -> None:
     mean, variance = np.array(value).T
     average = weight @ mean
     sd = math.sqrt(weight @ (variance + (mean - average) ** 2))
-    given = posterior.coefficient("friction", given_force=True)
+    given = posterior.among((posterior.ratio > 0.0)[:, None]).coefficient("friction")
     assert given.mean() == pytest.approx(average, abs=0.05 * sd)
     assert given.std() == pytest.approx(sd, rel=0.05)
     none = integrate_force(problem, ForcePrior(centre=1.0, none=1.0))
