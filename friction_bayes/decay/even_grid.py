@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.decay.block_means import samples_in_block
 from friction_bayes.records.clock import GAP, LONGEST_BRIDGED_GAP
 
 __all__ = ["even_grid", "filled_in", "places_on_grid"]
@@ -95,7 +96,13 @@ def filled_in(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
     filled[index] = False
     mended = np.empty(whole.size)
     mended[index] = values
-    for k in np.flatnonzero(np.diff(index) > 1).tolist():
+    gaps = np.diff(index)
+    block = samples_in_block(2.0 * math.pi / frequency * index[-1] / (time[-1] - time[0]))
+    if block > 1:
+        # over as little as is averaged, the motion goes straight from neighbour to neighbour
+        mended = np.interp(np.arange(whole.size), index, values)
+        gaps[gaps <= block] = 1
+    for k in np.flatnonzero(gaps > 1).tolist():
         inside = slice(index[k] + 1, index[k + 1])
         mended[inside] = _oscillation(whole[inside], time, values, (time[k], time[k + 1]), frequency)
     # as on the even grid

@@ -157,12 +157,13 @@ def estimate(
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)
         refuse_saturated(decay)
-        spline = [_SPLINE] * (method != WaveformEstimator.name and not decay.evenly_spaced)
-        decay = decay.on_even_grid() if spline else decay
+        by_samples = method == WaveformEstimator.name
+        spline = [_SPLINE] * (not by_samples and not decay.evenly_spaced)
+        decay = decay.without_samples_at(dropouts) if by_samples else decay.on_even_grid()
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
-        if random_force == "auto" and method == WaveformEstimator.name:
-            part = free_part(decay.without_samples_at(dropouts), fit_of, from_here=start is not None)
+        if random_force == "auto" and by_samples:
+            part = free_part(decay, fit_of, from_here=start is not None)
             decay, fit = part.decay, averaged_over_accounts(part.decay, part.fit, part.accounts.all)
             _refuse_negative(decay, fit)
             for note in decay.cut_notes:

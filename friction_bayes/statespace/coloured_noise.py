@@ -193,7 +193,7 @@ def completed(residual: Array, known: Mask) -> Array:
             break
         whitener = _whitener(coefficients, variances, order, x.size) / math.sqrt(power)
         x = _drawn_between(np.where(known, x, 0.0), ~known, whitener, normal)
-    return np.asarray(mean + x)
+    return np.where(known, residual, mean + x)
 
 
 def _whitener(coefficients: Array, variances: Array, order: int, samples: int) -> Array:
@@ -226,6 +226,8 @@ def _drawn_between(x: Array, missing: Mask, whitener: Array, normal: Array) -> A
         apart = place[k:] - place[: place.size - k]
         near = np.minimum(apart, order)
         band[k, : place.size - k] = np.where(apart <= order, precision[near, place[: place.size - k]], 0.0)
+    # a colour that is singular to rounding keeps a long stretch within bounds, and not positive definite
+    band[0] *= 1.0 + _FAINTEST
     factor = cholesky_banded(band, lower=True)
     mean = cho_solve_banded((factor, True), -back[place])
     upper = np.zeros_like(factor)

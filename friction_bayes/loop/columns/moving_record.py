@@ -177,7 +177,7 @@ class MovingRecord:
         """
         order, w0 = self.segment.order, self.segment.decay.frequency
         about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
-        variance = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)
+        variance = np.where(self.segment.near_jumps[: self.samples], 1.0, self.variance)
         clock = self.error.of(Clock.of(self.phase(w0), variance), w0)
         motion = first_motion(about_rest, clock, sensor_row(order))
         if not self.system.pendulum:

@@ -252,7 +252,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     not_fitted = filled.copy()
     not_fitted[np.flatnonzero(~filled)[stray]] = True
     resolution = quantisation_step(record.values)
-    record, block = _averaged(record, system)
+    record, block = _averaged(record, filled, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     decay = find_free_decay(record, system, start=free_from, resolution=resolution)
     if disturbed := decay.disturbed:
@@ -353,8 +353,8 @@ def _outliers_matter(values: Array, angle: float) -> bool:
     return float(outliers @ outliers) > settings.SETTINGS.minor_share * float(away @ away)
 
 
-def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
-    """Means of blocks of samples, and how many each is of.
+def _averaged(record: xr.DataArray, filled: Mask, system: Oscillator) -> tuple[xr.DataArray, int]:
+    """Means of blocks of samples, some of them ``filled`` in, and how many each is of.
 
     Flat samples and outliers can be detected only sample by sample.
     """
@@ -365,7 +365,7 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     # less than a period is refused as such, not for having too few means of blocks
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1
-    if _outliers_matter(values, 2.0 * math.pi / samples):
+    if _outliers_matter(values[~filled], 2.0 * math.pi / samples):
         return record, 1
     means = block_means(values, block)
     stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}

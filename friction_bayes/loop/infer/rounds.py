@@ -39,6 +39,7 @@ from friction_bayes.loop.noise.correlated_noise import (
 )
 from friction_bayes.loop.noise.likelihood import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.statespace.coloured_noise import completed
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import frequency_change
@@ -228,9 +229,9 @@ class Round:
 
     @property
     def left(self) -> Array:
-        """Residual of the law at the samples that are used, natural units."""
-        regression = self.found.regression
-        return regression.residual(self._law)[regression.clock.used]
+        """Residual of the law, natural units; on a grid, what is not used is like the rest of it."""
+        clock, residual, known = self.found.clock, self.found.regression.residual(self._law), self.whole.known
+        return completed(residual[known], clock.used[known]) if clock.even else residual[clock.used]
 
     @property
     def _colour(self) -> Colour | None:
@@ -241,7 +242,7 @@ class Round:
     def _colour_near_motion(self) -> Colour:
         """The same of noise that is nowhere below its level near the motion's frequency."""
         clock, fitted = self.found.clock, int(np.count_nonzero(self._law))
-        phase = clock.phase[clock.used]
+        phase = clock.phase[self.whole.known if clock.even else clock.used]
         floor = noise_floor(self.left, phase, self.whole.segment.order, fitted, self.whole.filter)
         noise = sensor_noise(self.left, phase, fitted, floor, even=clock.even)
         return Colour(noise.colour, noise.coloured_floor)

@@ -158,6 +158,32 @@ def test_a_record_with_several_gaps_is_seen_behind_its_filter(quantity: str) -> 
     assert high - low < 0.01
 
 
+@pytest.mark.parametrize("lost", [1, 2])
+def test_a_filter_is_seen_where_a_sample_is_missing(lost: int) -> None:
+    """The clock counted as uneven, behind which no filter was looked for: friction was 3 % low."""
+    record = averaged(np.random.default_rng(1), 0.05, 9.0, 2e-6)
+    kept = np.ones(record.size, np.bool_)
+    kept[150 : 150 + lost] = False
+    report = fb.close_loop([record[kept]], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    assert report.noise["filter"]["name"] == "a moving mean of 15 samples"
+    low, high = report.friction_after["interval90"]
+    assert low - 0.005 < 1.0 < high + 0.005
+
+
+def test_lost_rows_cost_a_mean_of_many_little() -> None:
+    """Blocks with a row lost were set aside, all of them with one in five."""
+    record, offered = decay(duration=7.0, rate=5000.0), ["viscous_damping", "random_force"]
+    widths = []
+    for share in (0.0, 0.2):
+        kept = np.random.default_rng(3).random(record.size) >= share
+        report = fb.close_loop([record[kept]], SYSTEM, seed=1, effects=offered)
+        assert report.verdict == "adequate"
+        low, high = report.friction_after["interval90"]
+        assert low - 1e-4 < 1.0 < high + 1e-4
+        widths.append(high - low)
+    assert widths[1] < 2.0 * widths[0]
+
+
 def test_an_error_of_the_sensor_is_the_same_as_far_as_it_is_searched_for() -> None:
     found = SensorError(2.0, 0.1, -1.0)
     assert found.alike(replace(found, ratio=2.0 * math.exp(0.09)))
