@@ -375,11 +375,13 @@ class Candidates:
         return (*found, *self._contradictions)
 
     @property
-    def fitted(self) -> tuple[int, int, int]:
+    def fitted(self) -> tuple[int, float, int, int]:
+        """Of the first record: samples recorded, time of the last [s], turning points, samples set aside."""
         fit = self.best[0]
+        last = float(fit.segment.time[fit.record.samples - 1])
         recorded = ~fit.segment.in_gaps[: fit.record.samples]
         aside = np.count_nonzero(recorded & ~fit.clock.used)
-        return int(np.count_nonzero(recorded)), fit.path.turning.size, int(aside)
+        return int(np.count_nonzero(recorded)), last, fit.path.turning.size, int(aside)
 
     @cached_property
     def traces(self) -> tuple[RecordTrace, ...]:
