@@ -163,7 +163,8 @@ def _residuals(
         "after": candidates.tests.to_dict(),
     }
     if reference_force is not None:
-        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
+        of_law = candidates.resisting_force()
+        residual["force"], forces = compare_forces(before, reference_force, candidates.factor, *of_law)
         traces = (replace(traces[0], forces=forces), *traces[1:])
     return residual, traces
 
