@@ -241,6 +241,15 @@ class FreeDecay:
         """Whether the samples lie on an even grid, as nearly as matters."""
         return self.stamps is None
 
+    def evenly(self, signal: Array, time: Array) -> Array:
+        """What is left of the signal at times [s], interpolated to even ones, shape (n,) all.
+
+        Itself where the samples are even. For spectra, in which uneven samples blur a line.
+        """
+        if self.evenly_spaced:
+            return signal
+        return np.interp(time[0] + self.step * np.arange(signal.size), time, signal)
+
     def on_even_grid(self) -> FreeDecay:
         """The same on an even grid, by a cubic spline, for what goes from sample to sample."""
         if self.stamps is None:

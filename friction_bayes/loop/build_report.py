@@ -163,7 +163,8 @@ def _residuals(
         "after": candidates.tests.to_dict(),
     }
     if reference_force is not None:
-        residual["force"], forces = compare_forces(before, reference_force, *candidates.resisting_force())
+        of_law = candidates.resisting_force()
+        residual["force"], forces = compare_forces(before, reference_force, candidates.factor, *of_law)
         traces = (replace(traces[0], forces=forces), *traces[1:])
     return residual, traces
 
@@ -281,8 +282,8 @@ def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
         If the most probable law moves for less than three half cycles of it.
     """
     segment, trace = candidates.before.model.segments[0], candidates.traces[0]
-    samples, turning_points, set_aside = candidates.fitted
-    start, end = segment.decay.start_time, segment.decay.start_time + float(segment.time[samples - 1])
+    samples, last, turning_points, set_aside = candidates.fitted
+    start, end = segment.decay.start_time, segment.decay.start_time + last
     # a law that moves on turns again within a half cycle
     moves_until = min(end, float(trace.turning_times.max(initial=start)) + math.pi / frequency)
     half_cycles = min(int((moves_until - start) * frequency / math.pi + _ROUNDING), turning_points + 1)

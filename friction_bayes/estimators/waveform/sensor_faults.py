@@ -145,18 +145,11 @@ def _more_lines(decay: FreeDecay, fit: Fit, known: Sequence[Line]) -> tuple[Line
         return ()
     residual, motion = decay.values - fit.prediction, fit.frequency / (2.0 * math.pi)
     search = LineSearch(decay.step, decay.duration, motion, lowest=_LOWEST * motion)
-    even = _evenly(decay, residual)
+    even = decay.evenly(residual, decay.time)
     found = steady_lines([even], search, [line for line in known if line.steady])
     found += decaying_lines(even, search, [line for line in known if not line.steady])
     # what is higher than its surroundings alone, as in the quiet band of a filter, takes nothing away
     return tuple(line for line in found if search.shows(line, decay.time, residual))
-
-
-def _evenly(decay: FreeDecay, residual: Array) -> Array:
-    """A residual at evenly spaced times, shape (n,) both."""
-    if decay.evenly_spaced:
-        return residual
-    return np.interp(decay.step * np.arange(residual.size), decay.time, residual)
 
 
 def _with_its_zero(decay: FreeDecay, fit: Fit, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:

@@ -189,16 +189,20 @@ def _near_motion(fit: ForceFit, innovations: Array) -> float:
     """Least standard deviation of the innovations about the motion's frequency, over the model's.
 
     Over the ordinates of the spectrum whose nearest harmonic it is: friction acts at odd ones alone. The sum
-    of the ordinates of a periodogram, over half their mean, is a chi-square of two degrees for each.
+    of the ordinates of a periodogram, over half their mean, is a chi-square of two degrees for each; where
+    samples are not used, which count as zero in their places, of as many fewer.
     """
-    power = np.abs(np.fft.rfft(innovations - innovations.mean())) ** 2 / innovations.size
-    order = np.fft.rfftfreq(innovations.size, fit.segment.decay.step) * 2.0 * math.pi / fit.w0
+    step = fit.segment.decay.step
+    place = np.rint(fit.segment.time[: fit.clock.used.size][fit.clock.used] / step).astype(int)
+    even = np.bincount(place, innovations - innovations.mean())
+    order = np.fft.rfftfreq(even.size, step) * 2.0 * math.pi / fit.w0
     inside = np.rint(order) == 1.0
-    degrees = 2 * int(np.count_nonzero(inside))
-    if degrees == 0:
+    degrees = 2.0 * float(np.count_nonzero(inside)) * innovations.size / even.size
+    if degrees == 0.0:
         return 1.0
+    power = np.abs(np.fft.rfft(even)[inside]) ** 2 / innovations.size
     likely = float(stats.chi2.ppf(settings.SETTINGS.credible_mass, degrees))
-    return math.sqrt(2.0 * float(power[inside].sum()) / likely)
+    return math.sqrt(degrees * float(power.mean()) / likely)
 
 
 def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.declared_force import ForceFactor, common_factor
 from friction_bayes.core.summary import Summary
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.loop.data.model import LoopModel
@@ -18,8 +19,8 @@ __all__ = [
     "Distribution",
     "dry_friction",
     "friction_along",
+    "friction_factor",
     "friction_of_loss",
-    "friction_scale",
     "reported_friction",
     "scale_draws",
 ]
@@ -37,13 +38,13 @@ class Distribution:
         return Summary.of_draws(self.draws, self.unit).to_dict()
 
 
-def friction_scale(model: LoopModel) -> tuple[float, str]:
-    """Factor from a model's friction to the reported one at the declared mass and stiffness, and the unit.
+def friction_factor(model: LoopModel, frequencies: Array) -> float:
+    """Factor from a model's friction to the reported one: the mean of what :func:`scale_draws` draws.
 
-    Of a signal that is not calibrated only friction in the unit of the signal can be reported.
+    For what is reported beside friction, and compared with it.
     """
-    decay, system = model.segments[0].decay, model.system
-    return decay.force_factor / system.force_factor(decay.quantity), decay.friction_unit
+    quantity = model.segments[0].decay.quantity
+    return float(common_factor(_factors(model, frequencies)).factor) / model.system.force_factor(quantity)
 
 
 def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
@@ -51,22 +52,27 @@ def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.
 
     They include the uncertainty of mass and stiffness (see
     :func:`friction_bayes.core.declared_force.declared_forces`), from draws of the natural frequency [rad/s].
+    Of a signal that is not calibrated only friction in the unit of the signal can be reported.
     """
+    normal = rng.standard_normal(size)
+    scales = [f * (1.0 + relative * normal) for f, relative in _factors(model, frequencies)]
+    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=size), scales)
+    return np.asarray(drawn / model.system.force_factor(model.segments[0].decay.quantity))
+
+
+def _factors(model: LoopModel, frequencies: Array) -> tuple[ForceFactor, ...]:
+    """Equally probable factors from the signal's friction coefficient to friction, of these frequencies."""
     decay = model.segments[0].decay
     found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
-    factors = force_factors(model.system, decay.quantity, decay.unit, found, sd)
-    normal = rng.standard_normal(size)
-    scales = [f * (1.0 + relative * normal) for f, relative in factors]
-    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=size), scales)
-    return np.asarray(drawn / model.system.force_factor(decay.quantity))
+    return force_factors(model.system, decay.quantity, decay.unit, found, sd)
 
 
 def reported_friction(
     values: Array, frequencies: Array, model: LoopModel, rng: np.random.Generator
 ) -> Distribution:
     """Friction from draws of a model's and of the natural frequency [rad/s]; see :func:`scale_draws`."""
-    _, unit = friction_scale(model)
-    return Distribution(scale_draws(model, frequencies, values.size, rng) * values, unit)
+    scale = scale_draws(model, frequencies, values.size, rng)
+    return Distribution(scale * values, model.segments[0].decay.friction_unit)
 
 
 def friction_of_loss(turning_points: Array) -> float:

@@ -52,7 +52,8 @@ def lines_in_residual(
     In the ``innovations`` under law and random force, in standard deviations, or in that ``force``, which
     hides lines that the oscillator responds to; shape (n,) both.
     """
-    search = line_search(segment)
+    search, time = line_search(segment), segment.time[: innovations.size]
+    innovations, force = (segment.decay.evenly(each, time) for each in (innovations, force))
     found: tuple[Line, ...] = ()
     if PERIODIC_INTERFERENCE.name in effects:
         found += steady_lines((innovations, force), search, [line for line in known if line.steady])

@@ -22,7 +22,7 @@ from friction_bayes.loop.checks.forecast import forecast, forecast_errors
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import two_witnesses
-from friction_bayes.loop.data.friction import friction_scale, scale_draws
+from friction_bayes.loop.data.friction import friction_factor, scale_draws
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
@@ -35,6 +35,7 @@ from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, rank
 from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
 from friction_bayes.loop.report.effect_summaries import (
     line_summary,
+    of_force,
     parameter_summary,
     parameter_units,
     sensor_parameters,
@@ -70,8 +71,8 @@ class Candidates:
     sets : tuple of frozenset of str, length c
         Effects of each candidate, the most probable first; the empty set is among them.
     probabilities : ndarray, shape (c,)
-    factor, unit : float, str
-        From a model's friction to the reported one, and its unit.
+    unit : str
+        Of the reported friction.
     slight_force : SlightForce or None
         A random force too slight to show, for draws without one.
     trail : tuple of str
@@ -80,7 +81,7 @@ class Candidates:
 
     def __init__(self, before: CoulombFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
         self.before, self.fit = before, fit
-        self.factor, self.unit = friction_scale(before.model)
+        self.unit = before.model.segments[0].decay.friction_unit
         self.tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
         self.slight_force = slight_force(fit)
@@ -119,6 +120,11 @@ class Candidates:
     def laws(self) -> DrawnLaws:
         """Draws over all candidates."""
         return draw_laws(self.fit, self._rng_draws, DRAWS, self._weight)
+
+    @cached_property
+    def factor(self) -> float:
+        """From a model's friction to the reported one, by the frequency found."""
+        return friction_factor(self.before.model, self.laws.frequency)
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
@@ -247,10 +253,12 @@ class Candidates:
         units = parameter_units(name, fit.segment, fit.record.system)
         if name in (SENSOR_CLIPPING.name, OUTLIERS.name):
             return by_record(sensor_parameters(name, one, units) for one in self.best)
-        return {
-            key: parameter_summary(values, units[key.partition("[")[0]])
-            for key, values in self.laws.parameters(name, self._of_best).items()
-        }
+        forces, found = of_force(name, fit.segment), {}
+        for key, values in self.laws.parameters(name, self._of_best).items():
+            parameter = key.partition("[")[0]
+            factor = self.factor if parameter in forces else 1.0
+            found[key] = parameter_summary(factor * values, units[parameter])
+        return found
 
     def lines(self, name: str) -> list[dict[str, Any]]:
         unit = self.best[0].segment.decay.unit
@@ -375,16 +383,18 @@ class Candidates:
         return (*found, *self._contradictions)
 
     @property
-    def fitted(self) -> tuple[int, int, int]:
+    def fitted(self) -> tuple[int, float, int, int]:
+        """Of the first record: samples recorded, time of the last [s], turning points, samples set aside."""
         fit = self.best[0]
+        last = float(fit.segment.time[fit.record.samples - 1])
         recorded = ~fit.segment.in_gaps[: fit.record.samples]
         aside = np.count_nonzero(recorded & ~fit.clock.used)
-        return int(np.count_nonzero(recorded)), fit.path.turning.size, int(aside)
+        return int(np.count_nonzero(recorded)), last, fit.path.turning.size, int(aside)
 
     @cached_property
     def traces(self) -> tuple[RecordTrace, ...]:
         return tuple(
-            motion_trace(fit, self.before, r, draws, fluctuates=self._fluctuates)
+            motion_trace(fit, self.before, r, draws, factor=self.factor, fluctuates=self._fluctuates)
             for r, (fit, draws) in enumerate(zip(self.best, self.laws.records, strict=True))
         )
 
@@ -398,13 +408,13 @@ class Candidates:
     def resisting_force(self) -> tuple[slice, Array, Array | None, Array]:
         """Which samples the motion determines, and there, of shape (n,), the force of the law and two more.
 
-        The contribution of a random force, or None, and the direction of motion.
+        The contribution of a random force, or None, and the direction of motion; forces as reported.
         """
         fit, law, known = self.best[0], self.best[0].law, self.best[0].record.known
         of_law = law.forces[known, law.resisting] @ fit.coefficients[law.resisting]
-        fluctuates = self._fluctuates or bool(fit.knocks)
-        fluctuation = -law.unit_force * fit.fluctuation[known] if fluctuates else None
-        return known, -law.unit_force * of_law, fluctuation, np.sign(fit.path.v[known])
+        fluctuates, resists = self._fluctuates or bool(fit.knocks), -self.factor * law.unit_force
+        fluctuation = resists * fit.fluctuation[known] if fluctuates else None
+        return known, resists * of_law, fluctuation, np.sign(fit.path.v[known])
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self._candidate == self.sets.index(names))

@@ -91,6 +91,7 @@ def compare_frictions(
 def compare_forces(
     before: CoulombFit,
     measured: Array,
+    factor: float,
     known: slice,
     law: Array,
     fluctuation: Array | None,
@@ -98,9 +99,9 @@ def compare_forces(
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Comparison of a measured friction force with two models, over the samples used of the first record.
 
-    Of either sign of the force, shape (recorded,), that by which it takes energy is used. The final model
-    has, at the samples ``known``, the force of its ``law``, a ``fluctuation`` or none, and a ``direction``,
-    zero at rest, shape (n,) each.
+    Of either sign of the force, shape (recorded,), that by which it takes energy is used. That of the model
+    ``before`` times ``factor`` is reported. The final model has, at the samples ``known``, the force of its
+    ``law``, a ``fluctuation`` or none, and a ``direction``, zero at rest, shape (n,) each.
 
     Returns
     -------
@@ -116,12 +117,12 @@ def compare_forces(
     moving = direction != 0.0
     if float(used @ direction) < 0.0:
         used = -used
-    forces = (used, _resisting_force(before)[known], total)
+    forces = (used, factor * _resisting_force(before)[known], total)
     differences = {
         "before": float(np.sqrt(np.mean((used - forces[1]) ** 2))),
         "after": float(np.sqrt(np.mean((used - forces[2]) ** 2))),
         "level": float(np.mean((used * direction)[moving])) if moving.any() else math.nan,
-        "unit": before.model.system.friction_unit,
+        "unit": before.model.segments[0].decay.friction_unit,
         "explained_by_law": _explained(used, law),
         "explained_with_fluctuation": None if fluctuation is None else _explained(used, total),
     }

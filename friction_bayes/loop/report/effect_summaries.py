@@ -17,6 +17,7 @@ from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = [
     "line_summary",
+    "of_force",
     "parameter_summary",
     "parameter_units",
     "sensor_parameters",
@@ -39,6 +40,11 @@ def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str
         return units
     taken = f" (1 {decay.unit} as 1 {decay.quantity.unit})"
     return {p: unit if unit in _WITHOUT_SIZE else unit + taken for p, unit in units.items()}
+
+
+def of_force(name: str, segment: Segment) -> frozenset[str]:
+    """Parameters of an effect that go with the factor to force; none where that is one of the unit taken."""
+    return frozenset(p.name for p in EFFECTS[name].parameters if p.of_force and segment.decay.calibrated)
 
 
 def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:

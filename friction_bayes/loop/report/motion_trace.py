@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from friction_bayes.loop.data.friction import friction_scale
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
 from friction_bayes.loop.infer.law_draws import LawDraws
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -17,10 +16,11 @@ __all__ = ["knock_notes", "knock_times", "motion_trace"]
 
 
 def motion_trace(
-    fit: ForceFit, before: CoulombFit, r: int, draws: LawDraws, *, fluctuates: bool
+    fit: ForceFit, before: CoulombFit, r: int, draws: LawDraws, *, factor: float, fluctuates: bool
 ) -> RecordTrace:
     """Record ``r`` of the Coulomb model ``before``, and its analysis under the most probable candidate.
 
+    A model's friction times ``factor`` is reported.
     Whether that candidate has a random force is said by ``fluctuates``. Samples in which a filter shows what
     lies outside the record are left out.
     """
@@ -29,7 +29,6 @@ def motion_trace(
     # of the law that was found: the path along which it was evaluated is of the law and force before
     path = MeasuredPath.through(fit.clock.phase, *fit.motion.states[:, :2].T.copy())
     turns = path.turning / fit.w0
-    factor, unit = friction_scale(before.model)
     scale = factor * fit.law.unit_force
     fluctuation = FluctuationTrace(
         force=scale * fit.fluctuation[known],
@@ -37,7 +36,7 @@ def motion_trace(
         displacement=path.x[known],
         velocity=path.v[known] * fit.w0,
         friction=factor * float(np.median(draws.friction)),
-        unit=unit,
+        unit=decay.friction_unit,
         knocks=tuple((decay.start_time + a, decay.start_time + b) for a, b in knock_times(fit)),
         fluctuates=fluctuates,
     )

@@ -63,6 +63,11 @@ class Parameter:
     open_low: bool = False
     default: float | None = None
 
+    @property
+    def of_force(self) -> bool:
+        """Whether it is in proportion to a force, as its unit says; a share of friction is not."""
+        return self.unit.startswith(("N", "kg"))
+
     def unit_in(self, system: Oscillator, signal_unit: str) -> str:
         """Return the unit for a system and a signal."""
         unit = self.angular_unit if system.angular and self.angular_unit is not None else self.unit

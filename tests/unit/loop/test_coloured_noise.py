@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.signal import butter, filtfilt
+from scipy.signal import butter, filtfilt, lfilter
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
+from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_first_part, fit_random_force
 from friction_bayes.loop.noise.correlated_noise import Colour
@@ -77,3 +78,21 @@ def test_noise_that_is_asked_for_is_that_of_the_report(noise: str) -> None:
     record = decay(duration=5.0)
     record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
     assert fb.close_loop([record], SYSTEM, seed=1, noise=noise, effects=OFFERED).noise["model"] == noise
+
+
+@pytest.mark.parametrize("left_out", ["gap", "clipped"])
+def test_the_level_near_the_motion_is_the_same_where_samples_are_left_out(
+    left_out: str, rng: np.random.Generator
+) -> None:
+    """By the mean interval between those that remain, the octave above the motion's would lie higher."""
+    angle = 2.0 * np.pi / 60.0 * np.arange(6000)
+    residual = lfilter([1.0], [1.0, -0.8], rng.standard_normal(angle.size))
+    gap = (np.arange(angle.size) > 2000) & (np.arange(angle.size) < 5000)
+    used = ~gap if left_out == "gap" else np.abs(np.cos(angle)) < 0.7
+
+    def levels(residual: np.ndarray, angle: np.ndarray) -> list[float]:
+        floor = noise_floor(residual, angle, 0, 5)
+        # behind a filter that takes half of the noise near the motion
+        return [floor, sensor_noise(residual, angle, 5, 0.5 * floor, even=True).coloured_floor]
+
+    assert levels(residual[used], angle[used]) == pytest.approx(levels(residual, angle), rel=0.2)

@@ -20,7 +20,8 @@ def test_turning_points_of_a_law_without_a_force_do_not_fluctuate(rng: np.random
     plain = np.array([not names for names in fit.sets]) & fit.regression.sets[:, fit.law.dry_friction]
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & plain)
     before = fit_coulomb(SYSTEM, (fit.segment,))
-    trace = motion_trace(alone, before, 0, draw_laws(LawFit.of(alone), rng, 100).first, fluctuates=False)
+    draws = draw_laws(LawFit.of(alone), rng, 100).first
+    trace = motion_trace(alone, before, 0, draws, factor=1.0, fluctuates=False)
     lost = -np.diff(np.abs(trace.turning_points))
     assert np.std(lost) < 0.02 * np.mean(lost)
     assert np.std(np.diff(np.abs(fit.path.turning_x))) > 0.05 * np.mean(lost)

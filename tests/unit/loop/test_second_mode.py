@@ -10,7 +10,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.decay.spectral_lines import decaying_lines, steady_lines
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
-from friction_bayes.loop.infer.finer_columns import line_search
+from friction_bayes.loop.infer.finer_columns import line_search, lines_in_residual
 from friction_bayes.loop.infer.law_fit import fit_law
 from loop_options import loop_options
 from unsteady_decays import FINE, FRICTION, RELEASE, RINGING, SYSTEM, fitted, probability_of, ringing_record
@@ -36,6 +36,17 @@ def test_it_is_found_beside_a_force_and_friction_with_it(rng: np.random.Generato
     size = RELEASE * 10.0**order
     assert math.hypot(found["sine"], found["cosine"]) == pytest.approx(0.01 * size, rel=0.1)
     assert fit.coefficients[fit.law.dry_friction] == pytest.approx(FRICTION, rel=0.08)
+
+
+@pytest.mark.parametrize("missing", [0.0, 0.1])
+def test_lines_are_found_whether_the_clock_is_even_or_not(rng: np.random.Generator, missing: float) -> None:
+    """By their times: by the number of the sample, one in ten missing, a line would be spread too thin."""
+    record = ringing_record(rng, 0.0, 1.0)
+    segment = cut_records([record[rng.random(record.size) >= missing]], SYSTEM)[0]
+    noise, angle = rng.standard_normal((2, segment.time.size)), 2.0 * math.pi * RINGING * segment.time
+    left = noise[0] + 0.7 * np.sin(angle)
+    (line,) = lines_in_residual(left, noise[1], segment, (), {"periodic_interference"})
+    assert line.frequency == pytest.approx(RINGING, abs=0.1 / segment.time[-1])
 
 
 def test_a_line_that_lasts_is_interference(rng: np.random.Generator) -> None:

@@ -179,3 +179,23 @@ def test_a_law_that_cannot_matter_has_no_evidence(seed: int) -> None:
     damped = log_evidence_without_force(fit, best, frozenset({"viscous_damping"}))
     assert np.isfinite(damped)
     assert log_evidence_without_force(fit, best, frozenset()) < damped - 100.0
+
+
+def test_a_gap_is_part_of_the_time_that_is_fitted() -> None:
+    """The last sample lies where it was read, not as many steps on as there are samples."""
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    record = fb.simulate(
+        system,
+        friction=3.0,
+        initial_displacement=0.05,
+        duration=1.15,
+        sampling_rate=100.0,
+        noise_sd=1e-4,
+        seed=1,
+    )
+    time = record["time"].values
+    kept = record[(time < 0.2) | (time > 0.5)]
+    found = fb.close_loop(kept, system, seed=1, effects=()).fitted
+    assert found["to_s"] == pytest.approx(time[-1], abs=0.02)
+    assert found["half_cycles"] == 3
+    assert found["samples"] == pytest.approx(kept.size, abs=2)

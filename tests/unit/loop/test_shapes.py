@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -66,3 +68,17 @@ def test_a_law_that_has_taken_every_shape_leaves_none(seed: int, monkeypatch: py
     assert (
         force_tests.best_shape(fit, np.stack([np.maximum(sign, 0.0), np.minimum(sign, 0.0)], axis=1)) is None
     )
+
+
+@pytest.mark.parametrize("clipped", [0.0, 0.5])
+def test_a_line_near_the_motion_stays_there_where_the_sensor_is_clipped(
+    clipped: float, rng: np.random.Generator
+) -> None:
+    """Samples that are set aside take their time: moved together, the rest would show it at twice as much."""
+    fit = fitted({}, 1)
+    angle = fit.w0 * fit.segment.time[: fit.record.samples]
+    used = np.abs(np.cos(angle)) < math.cos(0.5 * math.pi * clipped) + 1e-9
+    left = rng.standard_normal(angle.size) + np.sin(1.2 * angle)
+    without = fit.on(fit.record.setting_aside(~used))
+    assert force_tests._near_motion(without, left[used]) > 2.0
+    assert force_tests._near_motion(without, (left - np.sin(1.2 * angle))[used]) < 1.1
