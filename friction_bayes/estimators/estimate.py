@@ -152,8 +152,7 @@ def estimate(
     with single_threaded_blas():
         validate_record(record)
         record, dropouts = set_dropouts_aside(with_even_stamps(while_going_on(record)), system)
-        record, _ = readings_alone(record, system.natural_frequency)
-        record, _ = set_excursions_aside(record, system)
+        record, _ = set_excursions_aside(readings_alone(record, system.natural_frequency)[0], system)
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)
         refuse_saturated(decay)

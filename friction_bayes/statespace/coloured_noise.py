@@ -32,9 +32,9 @@ __all__ = [
     "burg_recursion",
     "coloured_gains",
     "coloured_innovations",
-    "completed",
     "most_lags",
     "order_cost",
+    "with_missing_drawn",
 ]
 
 MOST_LAGS = 30
@@ -161,7 +161,7 @@ def _of_best_order(x: Array) -> tuple[Array, Array, int]:
     return coefficients, variances, int(np.argmin(costs))
 
 
-def completed(residual: Array, known: Mask) -> Array:
+def with_missing_drawn(residual: Array, known: Mask) -> Array:
     """A residual with what is missing drawn, given the samples known, from the autoregression of all.
 
     Interpolated samples would be smoother than the others, as behind a filter. The draws are the same

@@ -41,7 +41,7 @@ from friction_bayes.estimators.noise.recording_filters import (
     margin,
 )
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, likeness
-from friction_bayes.statespace.coloured_noise import burg, burg_recursion, completed, most_lags
+from friction_bayes.statespace.coloured_noise import burg, burg_recursion, most_lags, with_missing_drawn
 from friction_bayes.statespace.force_grid import humps
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
@@ -264,7 +264,7 @@ def _filled(signal: Array, rows: Array) -> Array:
         return signal
     both = np.vstack([rows, signal])[:, known]
     fitted = near_least_squares(both @ both.T) @ rows
-    return np.where(known, signal, fitted + completed(np.where(known, signal - fitted, 0.0), known))
+    return np.where(known, signal, fitted + with_missing_drawn(np.where(known, signal - fitted, 0.0), known))
 
 
 def _of_kind(

@@ -47,7 +47,7 @@ from friction_bayes.estimators.noise.other_forces import (
 from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
-from friction_bayes.statespace.coloured_noise import Autoregression, completed
+from friction_bayes.statespace.coloured_noise import Autoregression, with_missing_drawn
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
 from friction_bayes.statespace.kalman import shown, smooth
 from friction_bayes.statespace.problem import Member, Problem, Spread
@@ -220,7 +220,7 @@ class NoiseAccount:
         if force.ratio > 0.0:
             states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
             left = left - shown(states[:, :3, 0], regression.row)
-        return completed(left, clock.used)
+        return with_missing_drawn(left, clock.used)
 
     @cached_property
     def other_loss(self) -> UnevenLoss | None:

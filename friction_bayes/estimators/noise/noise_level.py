@@ -34,7 +34,6 @@ from friction_bayes.estimators.noise.force_screen import (
     probability_of_none,
 )
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
-from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.force_prior import at_resonance
 from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, whiten
@@ -127,14 +126,12 @@ def noise_floor(
     if filter_ is not None:
         residual = filter_.gain * filter_.undone(residual)
     own, variance = burg(residual, fitted)
-    angle = _angle(phase)
-    block = samples_in_mean(angle)
+    block = samples_in_mean(_angle(phase))
     if residual.size < _FEWEST_MEANS * block:
         return math.sqrt(variance)
     # of a mean of a block to that of a sample
     spent = fitted / block if filter_ is None else fitted
-    means = block_means(residual, block), block_means(phase, block)
-    level = block * _level(*means, angle * block, order, spent)
+    level = block * _level(block_means(residual, block), block_means(phase, block), order, spent)
     return math.sqrt(min(level, variance) if own.order == 0 else level)
 
 
@@ -174,10 +171,8 @@ def own_colour(residual: Array, phase: Array, fitted: int) -> Autoregression | N
 
 
 def _angle(phase: Array) -> float:
-    """Phase from one sample to the next, on average, without gaps: samples in them may be left out."""
-    apart = np.diff(phase)
-    gap = apart > LONGEST_BRIDGED_GAP * np.median(apart)
-    return float(phase[-1] - phase[0] - apart[gap].sum()) / np.count_nonzero(~gap)
+    """Phase from one sample to the next, on average."""
+    return float(phase[-1] - phase[0]) / (phase.size - 1)
 
 
 @njit(**KERNEL)
@@ -215,12 +210,9 @@ class _WithForces(NamedTuple):
     left: Array
 
 
-def _level(residual: Array, phase: Array, angle: float, order: int, fitted: float) -> float:
-    """Variance of the white noise that is as strong as the sensor's near the motion's frequency.
-
-    Of samples that are ``angle`` apart where none is left out.
-    """
-    octave = _OCTAVE * angle
+def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
+    """Variance of the white noise that is as strong as the sensor's near the motion's frequency."""
+    octave = _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
     found = _with_forces(residual, Clock.of(phase), sensor_row(order))
     levels = [found.variance]
     for each in (residual, found.left):

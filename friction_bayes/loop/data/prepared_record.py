@@ -275,13 +275,12 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     used = values[first : first + n]
     sides = _sides(values, used) if clips else np.zeros(n)
     measured = 1.0 - block_means(not_fitted[block * first : block * (first + n)].astype(np.float64), block)
-    ignored = measured == 0.0
     near_jumps = np.zeros(n, np.bool_)
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
         near_jumps[: min(moving, n)] = (near if block == 1 else binary_dilation(near))[:n]
-        near_jumps &= ~ignored
+        near_jumps &= measured > 0.0
     even = decay.step * np.arange(n, dtype=np.float64)
     time = even if decay.evenly_spaced else clock[first : first + n] - clock[first]
     return Segment(
@@ -289,7 +288,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         values=used,
         time=time,
         sides=sides,
-        ignored=ignored | near_jumps,
+        ignored=(measured == 0.0) | near_jumps,
         measured=measured,
         near_jumps=near_jumps,
         moving=min(moving, n),

@@ -39,7 +39,7 @@ from friction_bayes.loop.noise.correlated_noise import (
 )
 from friction_bayes.loop.noise.likelihood import come_anywhere
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.statespace.coloured_noise import completed
+from friction_bayes.statespace.coloured_noise import with_missing_drawn
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import frequency_change
@@ -231,7 +231,7 @@ class Round:
     def left(self) -> Array:
         """Residual of the law, natural units; on a grid, what is not used is like the rest of it."""
         clock, residual, known = self.found.clock, self.found.regression.residual(self._law), self.whole.known
-        return completed(residual[known], clock.used[known]) if clock.even else residual[clock.used]
+        return with_missing_drawn(residual[known], clock.used[known]) if clock.even else residual[clock.used]
 
     @property
     def _colour(self) -> Colour | None:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import toeplitz
 from scipy.signal import butter, filtfilt
 
-from friction_bayes.statespace.coloured_noise import Autoregression, burg, completed
+from friction_bayes.statespace.coloured_noise import Autoregression, burg, with_missing_drawn
 
 LAGS = np.array([0.9, -0.4, 0.2])
 
@@ -24,7 +24,7 @@ def test_white_noise_stays_white(rng: np.random.Generator) -> None:
     orders, variances = [], []
     for _ in range(30):
         noise = rng.standard_normal(1000)
-        whole = completed(noise, rng.random(1000) > 0.3)
+        whole = with_missing_drawn(noise, rng.random(1000) > 0.3)
         colour, variance = burg(whole, 0.0)
         orders.append(colour.order)
         variances.append(variance)
@@ -36,7 +36,7 @@ def test_white_noise_stays_white(rng: np.random.Generator) -> None:
 def test_a_colour_is_kept(rng: np.random.Generator) -> None:
     noise = coloured(rng, 4000)
     for share in (0.02, 0.3):
-        colour, _ = burg(completed(noise, rng.random(noise.size) > share), 0.0)
+        colour, _ = burg(with_missing_drawn(noise, rng.random(noise.size) > share), 0.0)
         whole, _ = burg(noise, 0.0)
         omega = np.linspace(0.05, 3.1, 200)
         assert np.max(np.abs(np.log(colour.spectrum(omega) / whole.spectrum(omega)))) < 0.6
@@ -46,7 +46,7 @@ def test_samples_are_drawn_from_their_conditional_distribution(rng: np.random.Ge
     """Mean and covariance of many records that differ in nothing but what is missing from them."""
     noise = coloured(rng, 3000)
     known = rng.random(noise.size) > 0.2
-    whole = completed(noise, known)
+    whole = with_missing_drawn(noise, known)
     assert np.array_equal(whole[known], noise[known])
     colour, variance = burg(whole, 0.0)
     # within a stretch around some missing samples, from the stationary covariance
@@ -69,14 +69,14 @@ def test_noise_behind_a_steep_filter_is_completed_within_its_bounds(rng: np.rand
     noise = filtfilt(*butter(4, 0.1), rng.standard_normal(2000))
     known = np.ones(noise.size, np.bool_)
     known[700:760] = known[-30:] = False
-    whole = completed(noise, known)
+    whole = with_missing_drawn(noise, known)
     assert np.max(np.abs(whole)) < 1.5 * np.max(np.abs(noise))
 
 
 def test_nothing_else_decides_what_is_drawn(rng: np.random.Generator) -> None:
     noise, known = coloured(rng, 500), rng.random(500) > 0.1
-    whole = completed(noise, known)
-    assert np.array_equal(whole, completed(np.where(known, noise, 7.0), known))
-    assert np.allclose(completed(-noise, known), -whole, rtol=0.0, atol=1e-12)
-    assert np.allclose(completed(1e3 * noise, known), 1e3 * whole, rtol=1e-9)
-    assert np.array_equal(completed(noise, np.ones(500, np.bool_)), noise)
+    whole = with_missing_drawn(noise, known)
+    assert np.array_equal(whole, with_missing_drawn(np.where(known, noise, 7.0), known))
+    assert np.allclose(with_missing_drawn(-noise, known), -whole, rtol=0.0, atol=1e-12)
+    assert np.allclose(with_missing_drawn(1e3 * noise, known), 1e3 * whole, rtol=1e-9)
+    assert np.array_equal(with_missing_drawn(noise, np.ones(500, np.bool_)), noise)
