@@ -114,8 +114,9 @@ def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> No
 def test_each_record_is_traced_and_forecast(candidates: Candidates) -> None:
     traces, forecasts = candidates.traces, candidates.forecasts
     assert len(traces) == len(forecasts) == records(candidates)
-    samples, turns, _ = candidates.fitted
+    samples, last, turns, _ = candidates.fitted
     assert traces[0].signal.size == samples
+    assert last == pytest.approx(traces[0].time[-1] - traces[0].time[0])
     assert traces[0].turning_points.size == turns
     for trace, predicted in zip(traces, forecasts, strict=True):
         assert trace.before.shape == trace.after.shape == trace.signal.shape
