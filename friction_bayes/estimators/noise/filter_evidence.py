@@ -232,7 +232,8 @@ def likely_filters(
         if only in {None, kind.name}:
             log_prior = math.log(kind.prior / kind.sizes.size)
             found.append(_of_kind(kind, log_prior, spectra.of_noise, log_evidence, log_other))
-    if only is None:
+    # where samples are drawn no filter fits the noise to its faintest frequencies
+    if only is None and np.isfinite(signal).all():
         found = [with_unlisted(each) if each.log_evidence > log_other else each for each in found]
     return FoundFilters(sorted(found, key=lambda kind: -kind.log_evidence), log_other)
 

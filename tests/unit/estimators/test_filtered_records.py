@@ -73,7 +73,7 @@ def test_what_is_silent_above_its_filter_is_no_white_noise() -> None:
 
 def test_a_force_next_to_coloured_noise_is_not_doubted_for_residuals_of_its_colour() -> None:
     clean = decay("acceleration", duration=2.8, rate=250.0)
-    drawn = np.random.default_rng(3).normal(0.0, 0.06, clean.size)
+    drawn = np.random.default_rng(4).normal(0.0, 0.06, clean.size)
     noisy = clean.copy(data=clean.values + signal.lfilter([0.44], [1.0, -0.9], drawn))
     found = fb.estimate(noisy, SYSTEM)
     best = max((each for each in found.fit.accounts if each.forced), key=lambda each: each.probability)
