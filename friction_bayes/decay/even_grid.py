@@ -105,8 +105,9 @@ def filled_in(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
     for k in np.flatnonzero(gaps > 1).tolist():
         inside = slice(index[k] + 1, index[k + 1])
         mended[inside] = _oscillation(whole[inside], time, values, (time[k], time[k + 1]), frequency)
-    # as on the even grid
-    return whole, np.clip(mended, values.min(), values.max()), filled
+    # a top may be missing, and higher than any that was recorded: within twice their range
+    middle, swing = 0.5 * (values.max() + values.min()), np.ptp(values)
+    return whole, np.clip(mended, middle - swing, middle + swing), filled
 
 
 def _oscillation(at: Array, time: Array, values: Array, gap: tuple[float, float], frequency: float) -> Array:

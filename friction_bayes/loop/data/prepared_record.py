@@ -251,14 +251,14 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     record, filled = _filled_in(record, system)
     not_fitted = filled.copy()
     not_fitted[np.flatnonzero(~filled)[stray]] = True
-    resolution = quantisation_step(record.values)
-    record, block = _averaged(record, filled, system)
+    readings = record.values[~filled]
+    resolution, clips = quantisation_step(readings), clipped_fraction(readings)[1] is not None
+    record, block = (record, 1) if clips else _averaged(record, filled, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     decay = find_free_decay(record, system, start=free_from, resolution=resolution)
     if disturbed := decay.disturbed:
         whole = max(decay.start_time - decay.disturbed * math.pi / decay.frequency, float(record["time"][0]))
         decay = find_free_decay(record, system, start=whole, resolution=resolution)
-    clips = clipped_fraction(values)[1] is not None
     before_release = 0 if clips or free_from is not None else held_samples(decay)
     if before_release:
         start = decay.start_time + before_release * decay.step
@@ -273,8 +273,8 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     rest = round(settings.SETTINGS.rest_kept * moving) if decay.stops else 0
     n = min(values.size - first, moving + rest)
     used = values[first : first + n]
-    sides = _sides(values, used) if clips else np.zeros(n)
     measured = 1.0 - block_means(not_fitted[block * first : block * (first + n)].astype(np.float64), block)
+    sides = np.where(measured > 0.0, _sides(values, used), 0.0) if clips else np.zeros(n)
     near_jumps = np.zeros(n, np.bool_)
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
@@ -355,14 +355,14 @@ def _outliers_matter(values: Array, angle: float) -> bool:
 def _averaged(record: xr.DataArray, filled: Mask, system: Oscillator) -> tuple[xr.DataArray, int]:
     """Means of blocks of samples, some of them ``filled`` in, and how many each is of.
 
-    Flat samples and outliers can be detected only sample by sample.
+    Outliers can be detected only sample by sample.
     """
     values = np.asarray(record.values, dtype=np.float64)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
     block = samples_in_block(samples)
     # less than a period is refused as such, not for having too few means of blocks
-    if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
+    if block == 1 or samples > values.size:
         return record, 1
     if _outliers_matter(values[~filled], 2.0 * math.pi / samples):
         return record, 1

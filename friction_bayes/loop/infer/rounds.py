@@ -227,7 +227,7 @@ class Round:
             return None
         return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
 
-    @property
+    @cached_property
     def left(self) -> Array:
         """Residual of the law, natural units; on a grid, what is not used is like the rest of it."""
         clock, residual, known = self.found.clock, self.found.regression.residual(self._law), self.whole.known
