@@ -191,41 +191,32 @@ def with_missing_drawn(residual: Array, known: Mask) -> Array:
         innovation = power * float(variances[order])
         if abs(innovation - before) < _SAME_COLOUR * innovation:
             break
-        whitener = _whitener(coefficients, variances, order, x.size) / math.sqrt(power)
+        whitener = np.append(1.0, -coefficients[order, :order]) / math.sqrt(innovation)
         x = _drawn_between(np.where(known, x, 0.0), ~known, whitener, normal)
     return np.where(known, residual, mean + x)
 
 
-def _whitener(coefficients: Array, variances: Array, order: int, samples: int) -> Array:
-    """What innovations of unit variance are of each sample and those before it, shape (samples, order + 1).
-
-    The first samples have fewer before them, and the innovations of lower orders.
-    """
-    orders = np.minimum(np.arange(samples), order)
-    rows = np.zeros((samples, order + 1))
-    rows[:, 0] = 1.0
-    for lag in range(1, order + 1):
-        rows[lag:, lag] = -coefficients[orders[lag:], lag - 1]
-    return np.asarray(rows / np.sqrt(variances[orders])[:, None])
-
-
 def _drawn_between(x: Array, missing: Mask, whitener: Array, normal: Array) -> Array:
-    """Values, zero where ``missing``, with a draw there given all others, by independent ``normal`` ones."""
-    n, order = x.size, whitener.shape[1] - 1
-    innovations, back = np.zeros(n), np.zeros(n)
-    precision = np.zeros((order + 1, n))
+    """Values, zero where ``missing``, with a draw there given all others, by independent ``normal`` ones.
+
+    The whitener, shape (order + 1,), says what an innovation of unit variance is of a sample and those before
+    it; before the first sample all are zero.
+    """
+    n, order = x.size, whitener.size - 1
+    innovations = np.convolve(x, whitener)[:n]
+    back = np.convolve(innovations[::-1], whitener)[:n][::-1]
+    # of two samples some lags apart: as many products as there are innovations with both
+    precision = np.zeros((order + 1, order + 1))
     for lag in range(order + 1):
-        innovations[lag:] += whitener[lag:, lag] * x[: n - lag]
-    for lag in range(order + 1):
-        back[: n - lag] += whitener[lag:, lag] * innovations[lag:]
-        for later in range(lag, order + 1):
-            precision[later - lag, : n - later] += whitener[later:, later] * whitener[later:, lag]
+        precision[lag, lag:] = np.cumsum(whitener[lag:] * whitener[: order + 1 - lag])
     place = np.flatnonzero(missing)
+    innovations_with = np.minimum(order, n - 1 - place)
     band = np.zeros((min(order, place.size - 1) + 1, place.size))
     for k in range(band.shape[0]):
-        apart = place[k:] - place[: place.size - k]
-        near = np.minimum(apart, order)
-        band[k, : place.size - k] = np.where(apart <= order, precision[near, place[: place.size - k]], 0.0)
+        first = place[: place.size - k]
+        apart = place[k:] - first
+        both = precision[np.minimum(apart, order), innovations_with[: first.size]]
+        band[k, : first.size] = np.where(apart <= order, both, 0.0)
     # a colour that is singular to rounding keeps a long stretch within bounds, and not positive definite
     band[0] *= 1.0 + _FAINTEST
     factor = cholesky_banded(band, lower=True)
