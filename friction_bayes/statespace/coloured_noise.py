@@ -146,26 +146,20 @@ def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
     """
     x = residual - residual.mean()
     power = float(x @ x) / max(x.size - fitted, 1.0)
-    if most_lags(x.size) < 1 or power == 0.0:
+    most = most_lags(x.size)
+    if most < 1 or power == 0.0:
         return Autoregression(np.empty(0), 1.0), power
-    coefficients, variances, order = _of_best_order(x)
-    penalty = order_cost(x.size, order, most_lags(x.size), 1.0)
+    coefficients, variances = burg_recursion(x / math.sqrt(float(x @ x) / x.size), most)
+    order = int(np.argmin([order_cost(x.size, m, most, variances[m]) for m in range(most + 1)]))
+    penalty = order_cost(x.size, order, most, 1.0)
     return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
 
 
-def _of_best_order(x: Array) -> tuple[Array, Array, int]:
-    """Coefficients and variances of all orders, see :func:`burg_recursion`, and the most probable order."""
-    most = most_lags(x.size)
-    coefficients, variances = burg_recursion(x / math.sqrt(float(x @ x) / x.size), most)
-    costs = [order_cost(x.size, m, most, variances[m]) for m in range(most + 1)]
-    return coefficients, variances, int(np.argmin(costs))
-
-
 def with_missing_drawn(residual: Array, known: Mask) -> Array:
-    """A residual with what is missing drawn, given the samples known, from the autoregression of all.
+    """Replace missing samples by one draw, given those known, from the autoregression of both.
 
-    Interpolated samples would be smoother than the others, as behind a filter. The draws are the same
-    whenever they are made, and mirrored where the residual is.
+    Fit and draw alternate until the innovations stay. Interpolated samples would be smoother than the others,
+    as behind a filter. The draw is the same for the same samples, and mirrored where these are.
 
     Parameters
     ----------
@@ -177,56 +171,68 @@ def with_missing_drawn(residual: Array, known: Mask) -> Array:
     ndarray, shape (n,)
     """
     measured = residual[known]
-    if measured.size in {0, residual.size} or most_lags(residual.size) < 1 or not measured.any():
-        return np.where(known, residual, 0.0)
-    mean, sd = float(measured.mean()), float(measured.std())
+    if measured.size == residual.size:
+        return residual
+    mean, sd = (float(measured.mean()), float(measured.std())) if measured.size else (0.0, 0.0)
+    if sd == 0.0 or most_lags(residual.size) < 1:
+        return np.where(known, residual, mean)
     normal = np.random.default_rng(0).standard_normal(residual.size - measured.size)
-    normal = math.copysign(1.0, measured[0]) * normal
-    x = np.where(known, residual - mean, 0.0)
-    x[~known] = sd * normal
+    normal *= math.copysign(1.0, measured[0])
+    x = np.where(known, (residual - mean) / sd, 0.0)
+    x[~known] = normal
     innovation = math.inf
     for _ in range(_MOST_DRAWS):
-        coefficients, variances, order = _of_best_order(x)
-        power, before = float(x @ x) / x.size, innovation
-        innovation = power * float(variances[order])
+        colour, power = burg(x, 0.0)
+        before, innovation = innovation, power * colour.innovation_variance
         if abs(innovation - before) < _SAME_COLOUR * innovation:
             break
-        whitener = np.append(1.0, -coefficients[order, :order]) / math.sqrt(innovation)
-        x = _drawn_between(np.where(known, x, 0.0), ~known, whitener, normal)
-    return np.where(known, residual, mean + x)
+        x = np.where(known, x, 0.0)
+        x[~known] = _between(x, ~known, colour, math.sqrt(power) * normal)
+    return np.where(known, residual, mean + sd * x)
 
 
-def _drawn_between(x: Array, missing: Mask, whitener: Array, normal: Array) -> Array:
-    """Values, zero where ``missing``, with a draw there given all others, by independent ``normal`` ones.
-
-    The whitener, shape (order + 1,), says what an innovation of unit variance is of a sample and those before
-    it; before the first sample all are zero.
-    """
-    n, order = x.size, whitener.size - 1
+def _between(x: Array, missing: Mask, colour: Autoregression, normal: Array) -> Array:
+    """A draw of what is missing, zero in ``x``, given all else, by as many independent ``normal`` numbers."""
+    if colour.order == 0:
+        return normal
+    # of faint frequencies no more than rounding leaves
+    colour = colour.levelled(0.0, 0.0)
+    n, order, place = x.size, colour.order, np.flatnonzero(missing)
+    whitener = np.append(1.0, -colour.coefficients) / math.sqrt(colour.innovation_variance)
+    first = np.linalg.inv(np.linalg.cholesky(colour.covariance))
     innovations = np.convolve(x, whitener)[:n]
+    innovations[:order] = 0.0
     back = np.convolve(innovations[::-1], whitener)[:n][::-1]
-    # of two samples some lags apart: as many products as there are innovations with both
-    precision = np.zeros((order + 1, order + 1))
-    for lag in range(order + 1):
-        precision[lag, lag:] = np.cumsum(whitener[lag:] * whitener[: order + 1 - lag])
-    place = np.flatnonzero(missing)
-    innovations_with = np.minimum(order, n - 1 - place)
-    band = np.zeros((min(order, place.size - 1) + 1, place.size))
-    for k in range(band.shape[0]):
-        first = place[: place.size - k]
-        apart = place[k:] - first
-        both = precision[np.minimum(apart, order), innovations_with[: first.size]]
-        band[k, : first.size] = np.where(apart <= order, both, 0.0)
-    # a colour that is singular to rounding keeps a long stretch within bounds, and not positive definite
-    band[0] *= 1.0 + _FAINTEST
-    factor = cholesky_banded(band, lower=True)
-    mean = cho_solve_banded((factor, True), -back[place])
+    back[:order] += first.T @ (first @ x[:order])
+    factor = cholesky_banded(_precision(place, n, whitener, first.T @ first), lower=True)
     upper = np.zeros_like(factor)
     for k in range(factor.shape[0]):
         upper[-1 - k, k:] = factor[k, : place.size - k]
-    drawn = x.copy()
-    drawn[place] = mean + solve_banded((0, factor.shape[0] - 1), upper, normal)
-    return drawn
+    spread = solve_banded((0, factor.shape[0] - 1), upper, normal)
+    return np.asarray(spread - cho_solve_banded((factor, True), back[place]))
+
+
+def _precision(place: Indices, samples: int, whitener: Array, first: Array) -> Array:
+    """Precision of samples at some places given all others, as bands below its diagonal.
+
+    The ``whitener``, shape (p + 1,), makes innovations of unit variance of a sample and those before it, from
+    sample p on; ``first`` is the precision of those before that.
+    """
+    order = whitener.size - 1
+    # of two samples some lags apart by as many innovations as have both
+    products = np.zeros((order + 1, order + 2))
+    for lag in range(order + 1):
+        products[lag, lag + 1 :] = np.cumsum(whitener[lag:] * whitener[: order + 1 - lag])
+    until = np.minimum(order, samples - 1 - place) + 1
+    since = np.maximum(order - place, 0)
+    band = np.zeros((min(order, place.size - 1) + 1, place.size))
+    for k in range(band.shape[0]):
+        one, other = place[: place.size - k], place[k:]
+        lag = np.minimum(other - one, order)
+        both = products[lag, until[: one.size]] - products[lag, since[: one.size]]
+        both += np.where(other < order, first[np.minimum(one, order - 1), np.minimum(other, order - 1)], 0.0)
+        band[k, : one.size] = np.where(other - one <= order, both, 0.0)
+    return band
 
 
 @njit(**KERNEL)

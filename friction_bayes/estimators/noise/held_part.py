@@ -51,7 +51,9 @@ def log_odds_of_hold(
         return -math.inf
     best = most_probable(whole)
     prepared, used = best.laid.prepared, best.laid.regression.clock.used
-    time, signal = prepared.time[used], prepared.signal[used]
+    # the first mean of a block is that much later than the first sample
+    to_first = 0.5 * (prepared.decay.block - 1) * prepared.decay.step
+    time, signal = to_first + prepared.time[used], prepared.signal[used]
     held = (time < border) != at_end
     degrees = curve_degrees(half_cycles, int(np.count_nonzero(held)))
     if not degrees:

@@ -103,7 +103,7 @@ class MovingRecord:
     ) -> MovingRecord:
         """Leave out the last half cycle of a motion that stops."""
         n = _moving(segment) if samples is None else samples
-        variance = np.divide(1.0, segment.measured[:n], out=np.full(n, np.inf), where=segment.free[:n])
+        variance = np.where(segment.free, segment.variance, np.inf)[:n]
         names = in_catalogue_order(allowed)
         return cls(segment, n, system, names, scales, variance, noise, RANDOM_FORCE.name in allowed)
 
@@ -129,8 +129,14 @@ class MovingRecord:
         """
         behind = replace(self, filter=filter_, forced=False, jump=None)
         variance, inside = np.full(self.samples, np.inf), behind.known
-        variance[inside] = np.where(self.segment.near_jumps[: self.samples], 1.0, self.variance)[inside]
+        variance[inside] = self._with_jumps[inside]
         return replace(behind, variance=variance)
+
+    @property
+    def _with_jumps(self) -> Array:
+        """Relative variances with samples next to jumps of the acceleration, shape (n,)."""
+        segment, n = self.segment, self.samples
+        return np.where(segment.near_jumps[:n], segment.variance[:n], self.variance)
 
     @property
     def known(self) -> slice:
@@ -177,8 +183,7 @@ class MovingRecord:
         """
         order, w0 = self.segment.order, self.segment.decay.frequency
         about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
-        variance = np.where(self.segment.near_jumps[: self.samples], 1.0, self.variance)
-        clock = self.error.of(Clock.of(self.phase(w0), variance), w0)
+        clock = self.error.of(Clock.of(self.phase(w0), self._with_jumps), w0)
         motion = first_motion(about_rest, clock, sensor_row(order))
         if not self.system.pendulum:
             return w0, motion

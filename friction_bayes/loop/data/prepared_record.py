@@ -72,7 +72,7 @@ class Segment:
     ignored : ndarray of bool, shape (n,)
         Not fitted: isolated excursions, dropouts, what was put into gaps, and ``near_jumps``.
     measured : ndarray, shape (n,)
-        Share of the samples of each value that is fitted, or near a jump.
+        Share of the samples of each value that were recorded and not set aside.
     near_jumps : ndarray of bool, shape (n,)
         Measured, but not fitted where the acceleration jumps: its sample nearest to each turning point, which
         may be on either side of the jump; of means of blocks, which may average both sides, the neighbours
@@ -151,6 +151,13 @@ class Segment:
         """Values of samples none of which were recorded, shape (n,)."""
         used = self.filled[self.first : self.first + self.block * self.values.size]
         return np.asarray(used.reshape(-1, self.block).all(axis=1))
+
+    @property
+    def variance(self) -> Array:
+        """Of the noise relative to that of a value all of which was measured, shape (n,)."""
+        return np.divide(
+            1.0, self.measured, out=np.full(self.measured.size, np.inf), where=self.measured > 0.0
+        )
 
     @property
     def clipped(self) -> bool:
@@ -274,7 +281,7 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     n = min(values.size - first, moving + rest)
     used = values[first : first + n]
     measured = 1.0 - block_means(not_fitted[block * first : block * (first + n)].astype(np.float64), block)
-    sides = np.where(measured > 0.0, _sides(values, used), 0.0) if clips else np.zeros(n)
+    sides = np.where(measured > 0.0, _sides(readings, used), 0.0) if clips else np.zeros(n)
     near_jumps = np.zeros(n, np.bool_)
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
@@ -313,12 +320,12 @@ def _until_rest(decay: FreeDecay) -> FreeDecay:
         return decay
 
 
-def _sides(values: Array, used: Array) -> Array:
-    """Which of the samples used, shape (n,), lie flat at the upper (1) or lower end (-1) of all values."""
+def _sides(readings: Array, used: Array) -> Array:
+    """Which of the values used, shape (n,), lie flat at the upper (1) or lower end (-1) of all readings."""
     sides = np.zeros(used.size)
     # the sensor's range may be symmetric or not: an end is clipped where it is held
-    for side, end in ((1.0, values.max()), (-1.0, values.min())):
-        held = np.abs(used - end) <= ROUNDING * np.ptp(values)
+    for side, end in ((1.0, readings.max()), (-1.0, readings.min())):
+        held = np.abs(used - end) <= ROUNDING * np.ptp(readings)
         if np.count_nonzero(held) > 3:
             sides[held] = side
     return sides
@@ -334,14 +341,14 @@ def _filled_in(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, 
     return xr.DataArray(values, coords=stamps, attrs=record.attrs), filled
 
 
-def _outliers_matter(values: Array, angle: float) -> bool:
-    """Whether a good part of the noise is that of a few samples, which means of blocks would spread.
+def _outliers_matter(values: Array, filled: Mask, angle: float) -> bool:
+    """Whether a good part of the noise is that of a few readings, which means of blocks would spread.
 
     They show by their distance from the median of their neighbours, from which the motion, with ``angle``
     from sample to sample, deviates at its turning points by itself.
     """
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
-    away = np.abs(values - smooth)
+    away = np.abs(values - smooth)[~filled]
     spread = 1.4826 * float(np.median(away))
     if spread <= ROUNDING * np.ptp(values):
         # most samples equal their neighbours: the rest are steps of a digitiser
@@ -364,7 +371,7 @@ def _averaged(record: xr.DataArray, filled: Mask, system: Oscillator) -> tuple[x
     # less than a period is refused as such, not for having too few means of blocks
     if block == 1 or samples > values.size:
         return record, 1
-    if _outliers_matter(values[~filled], 2.0 * math.pi / samples):
+    if _outliers_matter(values, filled, 2.0 * math.pi / samples):
         return record, 1
     means = block_means(values, block)
     stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}

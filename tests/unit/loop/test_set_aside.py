@@ -199,3 +199,14 @@ def test_a_gap_is_part_of_the_time_that_is_fitted() -> None:
     assert found["to_s"] == pytest.approx(time[-1], abs=0.02)
     assert found["half_cycles"] == 3
     assert found["samples"] == pytest.approx(kept.size, abs=2)
+
+
+def test_a_clipped_record_that_lost_rows_is_clipped(rng: np.random.Generator) -> None:
+    """What is put in their place may lie beyond the range, and is none of its ends."""
+    record, _, _ = decay(rng, force=0.0, ceiling=CEILING)
+    kept = rng.random(record.size) > 0.1
+    whole, lost = (cut_records([each], SYSTEM)[0] for each in (record, record[kept]))
+    assert whole.clipped
+    assert lost.clipped
+    share = np.count_nonzero(lost.sides) / np.count_nonzero(whole.sides)
+    assert share == pytest.approx(0.9, abs=0.05)
