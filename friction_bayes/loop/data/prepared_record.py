@@ -334,9 +334,12 @@ def _sides(readings: Array, used: Array) -> Array:
 def _filled_in(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, Mask]:
     """The record without gaps, and which samples were put into them."""
     time, values = (np.asarray(each, dtype=np.float64) for each in (record["time"].values, record.values))
+    low, high, clips = values.min(), values.max(), clipped_fraction(values)[1] is not None
     time, values, filled = filled_in(time, values, system.natural_frequency)
     if not filled.any():
         return record, filled
+    if clips:
+        values = np.clip(values, low, high)
     stamps = {"time": ("time", time, record["time"].attrs)}
     return xr.DataArray(values, coords=stamps, attrs=record.attrs), filled
 
