@@ -44,7 +44,7 @@ from friction_bayes.estimators.noise.other_forces import (
     falls_faster,
     moved_shapes,
 )
-from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter
+from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter, margin
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.statespace.coloured_noise import Autoregression, with_missing_drawn
@@ -197,19 +197,28 @@ class NoiseAccount:
         """Sd of white noise as strong as the residual near the motion's frequency."""
         regression, filter_ = self.laid.regression, self.laid.filter
         fitted = len(regression.names)
-        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted, filter_)
+        return noise_floor(self._left, self._phase, self.laid.order, fitted, filter_)
 
     def noise(self, floor: float) -> SensorNoise:
         """Noise of that floor with the colour of the residual."""
         regression = self.laid.regression
-        clock = regression.clock
-        return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
+        return sensor_noise(self._left, self._phase, len(regression.names), floor, even=regression.clock.even)
 
     @property
     def own_colour(self) -> Autoregression | None:
         """Colour of the residual; None where it is white, or the samples are uneven."""
         clock = self.laid.regression.clock
-        return own_colour(self._left, clock.phase, len(self.laid.regression.names)) if clock.even else None
+        return own_colour(self._left, self._phase, len(self.laid.regression.names)) if clock.even else None
+
+    @property
+    def _known(self) -> slice:
+        """Samples that the motion within the record determines: of a filter not those at either end."""
+        left_out = 0 if self.filter is None else margin(self.filter.angle)
+        return slice(left_out, self.laid.prepared.signal.size - left_out)
+
+    @property
+    def _phase(self) -> Array:
+        return self.laid.regression.clock.phase[self._known]
 
     @cached_property
     def _left(self) -> Array:
@@ -220,7 +229,7 @@ class NoiseAccount:
         if force.ratio > 0.0:
             states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
             left = left - shown(states[:, :3, 0], regression.row)
-        return with_missing_drawn(left, clock.used)
+        return with_missing_drawn(left[self._known], clock.used[self._known])
 
     @cached_property
     def other_loss(self) -> UnevenLoss | None:
