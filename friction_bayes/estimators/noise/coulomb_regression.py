@@ -484,7 +484,7 @@ class PreparedDecay:
 
     @property
     def missing(self) -> Mask:
-        """Which are the signal that was fitted, shape (n,)."""
+        """Where no sample was recorded, and the signal is that of the motion that was fitted, shape (n,)."""
         return np.isinf(self.variance)
 
     @property

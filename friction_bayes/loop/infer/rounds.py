@@ -160,7 +160,7 @@ class Round:
 
     @property
     def is_dry_friction_alone(self) -> bool:
-        """Whether this is so of dry friction alone, with no more than an error of the sensor's zero."""
+        """Whether dry friction and an error of the sensor's zero alone leave white noise."""
         return self.leaves_nothing and self.acting <= SENSOR_ZERO
 
     @property
