@@ -22,6 +22,7 @@ __all__ = [
     "less",
     "samples_in_block",
     "torn_blocks",
+    "variance_by_share",
 ]
 
 _KEPT_SAMPLES = 200.0
@@ -38,6 +39,11 @@ def block_means(values: Array, block: int) -> Array:
     """Means of successive blocks, shape (n // block,), of ``values``, shape (n,); an odd end is left out."""
     n = values.size // block * block
     return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
+
+
+def variance_by_share(share: Array) -> Array:
+    """Noise variance of means of a share of a block each, over that of a whole one; infinite of none."""
+    return np.divide(1.0, share, out=np.full(share.size, np.inf), where=share > 0.0)
 
 
 @njit(**INNER, fastmath={"reassoc"})

@@ -25,7 +25,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
+from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks, variance_by_share
 from friction_bayes.decay.even_grid import places_on_grid
 from friction_bayes.estimators.noise.added_columns import AddedColumns
 from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind, filters_along
@@ -51,9 +51,9 @@ from friction_bayes.estimators.noise.recording_filters import (
     FILTERED,
     RecordingFilter,
     Through,
+    determined,
     jump_columns,
     kinds_for,
-    margin,
     own_columns,
 )
 from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
@@ -223,8 +223,7 @@ class Laid:
         jump = float(regression.scale[regression.names.index("friction")]) / math.sqrt(12.0)
         scale = np.repeat([1.0, jump], [own.shape[1], jumps.shape[1]])
         inside = np.full(n, np.inf)
-        left_out = margin(filter_.angle)
-        inside[left_out : n - left_out] = 1.0
+        inside[determined(filter_, n)] = 1.0
         filtered = replace(regression, columns=shown[:, :-1], target=signal - shown[:, -1])
         added = AddedColumns.shown(("filter",) * scale.size, np.hstack([own, jumps]), scale)
         return (
@@ -470,7 +469,7 @@ class PreparedDecay:
         self.fitted = unit * np.array([states[:n, 0], states[:n, 1], -states[:n, 0]][decay.order])
         measured = np.isfinite(decay.values)
         share = block_means(measured.astype(np.float64), block)[whole][:n]
-        self.variance = np.divide(1.0, share, out=np.full(n, np.inf), where=share > 0.0)
+        self.variance = variance_by_share(share)
         # of a block in part its samples' mean distance from the motion that was fitted
         motion = decay.states[:, 1] if decay.order == 1 else (1 - decay.order) * decay.states[:, 0]
         apart = np.where(measured, decay.values - decay.rest_position - motion, 0.0)

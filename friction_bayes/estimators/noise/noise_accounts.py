@@ -44,7 +44,7 @@ from friction_bayes.estimators.noise.other_forces import (
     falls_faster,
     moved_shapes,
 )
-from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter, margin
+from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter, determined
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.statespace.coloured_noise import Autoregression, with_missing_drawn
@@ -212,9 +212,7 @@ class NoiseAccount:
 
     @property
     def _known(self) -> slice:
-        """Samples that the motion within the record determines: of a filter not those at either end."""
-        left_out = 0 if self.filter is None else margin(self.filter.angle)
-        return slice(left_out, self.laid.prepared.signal.size - left_out)
+        return determined(self.filter, self.laid.prepared.signal.size)
 
     @property
     def _phase(self) -> Array:

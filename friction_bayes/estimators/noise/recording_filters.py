@@ -26,6 +26,7 @@ __all__ = [
     "RecordingFilter",
     "Through",
     "blended",
+    "determined",
     "jump_columns",
     "kinds_for",
     "margin",
@@ -256,14 +257,19 @@ def jump_columns(filter_: RecordingFilter, places: Indices, samples: int) -> Arr
     omega = 2.0 * math.pi * np.arange(size // 2 + 1) / size
     impulse = irfft(filter_.without_delay(omega), size)
     columns = np.asarray(impulse[np.subtract.outer(np.arange(samples), places) % size])
-    left_out = margin(filter_.angle)
-    shown = np.max(np.abs(columns[left_out : samples - left_out]), axis=0)
+    shown = np.max(np.abs(columns[determined(filter_, samples)]), axis=0)
     return columns[:, shown > _FORGOTTEN * np.max(np.abs(impulse))]
 
 
 def margin(angle: float) -> int:
     """Number of samples at either end where the output of a filter of a motion of ``angle`` is unknown."""
     return math.ceil(_MARGIN * 2.0 * math.pi / angle)
+
+
+def determined(filter_: RecordingFilter | None, samples: int) -> slice:
+    """Which samples the motion within the record determines: behind a filter not those at either end."""
+    left_out = 0 if filter_ is None else margin(filter_.angle)
+    return slice(left_out, samples - left_out)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.free_corners import near_corners
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, margin
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, determined
 from friction_bayes.loop.columns.effect_columns import OF_LINES, LawColumn
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.correlated_noise import NO_ERROR, Colour, SensorError
@@ -140,9 +140,8 @@ class MovingRecord:
 
     @property
     def known(self) -> slice:
-        """The samples that the motion within the record determines: of a filter not those at either end."""
-        left_out = 0 if self.filter is None else margin(self.filter.angle)
-        return slice(left_out, self.samples - left_out)
+        """The samples that the motion within the record determines, see :func:`.determined`."""
+        return determined(self.filter, self.samples)
 
     def of_one_column(self, law: Sequence[LawColumn]) -> MovingRecord:
         """The same without effects that have several columns in a law, or none."""

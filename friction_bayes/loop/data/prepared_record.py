@@ -25,7 +25,12 @@ from scipy.ndimage import binary_dilation, median_filter
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError, RecordWarning, of_each
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
+from friction_bayes.decay.block_means import (
+    amplitude_kept,
+    block_means,
+    samples_in_block,
+    variance_by_share,
+)
 from friction_bayes.decay.dropouts import set_dropouts_aside
 from friction_bayes.decay.even_grid import filled_in
 from friction_bayes.decay.excursions import set_excursions_aside
@@ -155,9 +160,7 @@ class Segment:
     @property
     def variance(self) -> Array:
         """Of the noise relative to that of a value all of which was measured, shape (n,)."""
-        return np.divide(
-            1.0, self.measured, out=np.full(self.measured.size, np.inf), where=self.measured > 0.0
-        )
+        return variance_by_share(self.measured)
 
     @property
     def clipped(self) -> bool:
@@ -255,11 +258,11 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
     record, excursions = set_excursions_aside(record, system)
     stray = np.append(excursions, np.flatnonzero(np.isin(record["time"].values, dropouts)))
     check_gaps(record, system.natural_frequency)
-    record, filled = _filled_in(record, system)
+    readings = record.values
+    resolution, clips = quantisation_step(readings), clipped_fraction(readings)[1] is not None
+    record, filled = _filled_in(record, system, within=clips)
     not_fitted = filled.copy()
     not_fitted[np.flatnonzero(~filled)[stray]] = True
-    readings = record.values[~filled]
-    resolution, clips = quantisation_step(readings), clipped_fraction(readings)[1] is not None
     record, block = (record, 1) if clips else _averaged(record, filled, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     decay = find_free_decay(record, system, start=free_from, resolution=resolution)
@@ -331,14 +334,14 @@ def _sides(readings: Array, used: Array) -> Array:
     return sides
 
 
-def _filled_in(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, Mask]:
-    """The record without gaps, and which samples were put into them."""
+def _filled_in(record: xr.DataArray, system: Oscillator, *, within: bool) -> tuple[xr.DataArray, Mask]:
+    """The record without gaps, and which samples were put into them, ``within`` the range of the others."""
     time, values = (np.asarray(each, dtype=np.float64) for each in (record["time"].values, record.values))
-    low, high, clips = values.min(), values.max(), clipped_fraction(values)[1] is not None
+    low, high = values.min(), values.max()
     time, values, filled = filled_in(time, values, system.natural_frequency)
     if not filled.any():
         return record, filled
-    if clips:
+    if within:
         values = np.clip(values, low, high)
     stamps = {"time": ("time", time, record["time"].attrs)}
     return xr.DataArray(values, coords=stamps, attrs=record.attrs), filled
