@@ -109,21 +109,32 @@ def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int
 def _earlier(whole: FreePart, fit_of: Callable[[FreeDecay], Fit]) -> FreePart | None:
     """What is left without the last half cycles, if something rather stopped the mass in these.
 
-    As few of them as leave what forces that follow the motion explain: that is known to be free.
+    As few of them as leave what forces that follow the motion explain: that is known to be free. Where these
+    do not explain what the most of them leave, they do not explain more of it either.
     """
     if not whole.decay.stops or not whole.accounts.behind_none or whole.explained:
         return None
-    for half_cycles in range(1, _MOST_EARLIER + 1):
-        decay = whole.decay.half_cycles_earlier(half_cycles)
-        try:
-            fit = fit_of(decay)
-        except InputError:
-            return None
-        rest = FreePart.of(decay, fit)
-        before = rest.accounts.behind_none
-        if not before or not rest.explained:
+    cuts = (_without_end(whole, fit_of, half_cycles) for half_cycles in range(_MOST_EARLIER, 0, -1))
+    shortest = next((rest for rest in cuts if rest is not None), None)
+    if shortest is None or not shortest.explained:
+        return None
+    most = shortest.decay.earlier
+    for half_cycles in range(1, most + 1):
+        rest = shortest if half_cycles == most else _without_end(whole, fit_of, half_cycles)
+        if rest is None or not rest.explained:
             continue
-        border = decay.start_time + decay.duration + 0.5 * decay.step - whole.decay.start_time
+        border = rest.decay.start_time + rest.decay.duration + 0.5 * rest.decay.step - whole.decay.start_time
+        before = rest.accounts.behind_none
         if log_odds_of_hold(whole.accounts.behind_none, before, border, half_cycles, at_end=True) > 0.0:
             return rest
     return None
+
+
+def _without_end(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int) -> FreePart | None:
+    """What is left without so many half cycles at the end; None where that is too short."""
+    decay = whole.decay.half_cycles_earlier(half_cycles)
+    try:
+        rest = FreePart.of(decay, fit_of(decay))
+    except InputError:
+        return None
+    return rest if rest.accounts.behind_none else None
