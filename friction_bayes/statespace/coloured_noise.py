@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from scipy.linalg import cho_solve_banded, cholesky_banded, solve_banded, solve_toeplitz, toeplitz
 
 from friction_bayes.core.arrays import Array, Indices, Mask
@@ -117,8 +118,7 @@ class Autoregression:
 
     def spectrum(self, omega: Array) -> Array:
         """Spectral density at ``omega`` [rad/sample], shape (m,); that of white noise is its variance."""
-        lags = np.arange(1, self.order + 1)
-        through = 1.0 - np.exp(-1j * omega[:, None] * lags) @ self.coefficients
+        through = polyval(np.exp(-1j * omega), np.append(1.0, -self.coefficients))
         return np.asarray(self.innovation_variance / np.abs(through) ** 2)
 
     def level(self, omega: Array) -> float:

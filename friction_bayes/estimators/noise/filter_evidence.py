@@ -25,6 +25,7 @@ from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from scipy.fft import irfft, next_fast_len, prev_fast_len, rfft
 from scipy.linalg import eigh_tridiagonal
 from scipy.linalg.lapack import dpotrf, dpotrs
@@ -436,8 +437,7 @@ class _Spectra:
 
     def whitener_at(self, omega: Array | Complexes) -> Complexes:
         """Response of the whitening filter at frequencies, shape (m,)."""
-        lags = np.arange(self._whitener.size)
-        return np.asarray(np.exp(-1j * np.multiply.outer(omega, lags)) @ self._whitener)
+        return np.asarray(polyval(np.exp(-1j * omega), self._whitener))
 
     def whitened(self, rows: Array) -> Array:
         """Last samples of rows behind the whitening filter, as many as it knows enough before."""
