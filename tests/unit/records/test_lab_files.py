@@ -121,6 +121,28 @@ def test_labview_states_units_and_times_in_its_header(
         read_record(path, unit="m")
 
 
+def test_labview_channels_of_several_intervals_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "swing.lvm"
+    head = "LabVIEW Measurement\t\nX_Columns\tNo\n***End_of_Header***\t\nDelta_X\t0.05\t0.1\n"
+    rows = "".join(f"\t0\t{x}\n" for _, x in ROWS)
+    path.write_text(f"{head}***End_of_Header***\t\nX_Value\tforce\tdisplacement_m\n{rows}")
+    with pytest.raises(fb.InputError, match=r"several intervals, 0\.05 and 0\.1"):
+        read_record(path)
+
+
+@pytest.mark.parametrize(("decimal", "thousands"), [(",", "."), (".", ",")])
+def test_numbers_in_thousands_are_not_taken_for_decimals(
+    tmp_path: Path, decimal: str, thousands: str
+) -> None:
+    path = tmp_path / "swing.csv"
+    values = [f"{500_000 + 1e6 * float(x):,.0f}".replace(",", thousands) for _, x in ROWS]
+    times = [str(t).replace(".", decimal) for t, _ in ROWS]
+    lines = [f"{time};{value}\n" for time, value in zip(times, values, strict=True)]
+    path.write_text("time_s;displacement_um\n" + "".join(lines))
+    with pytest.raises(fb.InputError, match=rf"row 2: column displacement_um: {values[0]} is in thousands"):
+        read_record(path)
+
+
 @pytest.mark.parametrize(
     "coded",
     [
