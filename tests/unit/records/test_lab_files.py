@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
 import numpy as np
@@ -176,6 +176,16 @@ def test_dates_of_either_order_go_on_beyond_midnight(form: str, start: datetime)
     found = seconds_of_clock_times(cells)
     assert found is not None
     np.testing.assert_allclose(found, TIME, atol=1e-9)
+
+
+def test_a_time_zone_may_change_where_summer_time_begins(tmp_path: Path) -> None:
+    path = tmp_path / "swing.csv"
+    rows = [(datetime(2024, 3, 31, 0, 59, 59, tzinfo=UTC) + timedelta(seconds=float(t)), x) for t, x in ROWS]
+    zones = [timezone(timedelta(hours=1 + (time.hour >= 1))) for time, _ in rows]
+    lines = [f"{t.astimezone(zone).isoformat()},{x}\n" for zone, (t, x) in zip(zones, rows, strict=True)]
+    path.write_text("Time,displacement_m\n" + "".join(lines))
+    assert len(set(zones)) == 2
+    np.testing.assert_allclose(read_record(path)["time"], TIME - TIME[0], atol=1e-5)
 
 
 def test_doubled_stamps_take_the_first_or_the_mean(tmp_path: Path) -> None:
