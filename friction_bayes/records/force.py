@@ -37,7 +37,8 @@ def read_force(path: str | Path, record: xr.DataArray) -> Array:
     Raises
     ------
     InputError
-        If the file cannot be read, has no such column, or does not cover the record.
+        If the file cannot be read, has no such column, does not cover the record, or has times of the day
+        from another stamp on.
     """
     place = str(path)
     table = read_table(path)
@@ -60,6 +61,12 @@ def read_force(path: str | Path, record: xr.DataArray) -> Array:
                 "add a column time_s, or match them",
             )
         return force
+    since = table.columns[clock].since
+    # both are seconds from the first stamp of their file
+    if since is not None and f"since {since}]" not in record.attrs.get("read", ""):
+        raise InputError(
+            place, f"its times begin at {since}, those of the record do not", "let both begin with one stamp"
+        )
     time = np.asarray(times_of(column, table, place, clock), dtype=np.float64)
     if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
         raise InputError(place, "its times do not rise", "sort its rows by time")

@@ -324,6 +324,10 @@ FORCES: dict[str, tuple[str, str]] = {
     "short": ("time_s,force_N\n0,1\n2,1\n", "covers 0 to 2 s"),
     "rows": ("force_N\n1\n1\n", "has 2 rows, the record 500"),
     "times": ("time_s,force_N\n0,1\n3,1\n2,1\n5,1\n", "do not rise"),
+    "stamps": (
+        "time,force_N\n10:00:00,1\n10:00:05,1\n",
+        "its times begin at 10:00:00, those of the record do not",
+    ),
     "nan": ("time_s,force_N\n0,1\n3,nan\n5,1\n", "row 3"),
 }
 

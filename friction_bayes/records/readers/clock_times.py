@@ -20,7 +20,7 @@ _CLOCK = re.compile(
     r"(?:(?:(?P<year>\d{4})[-/.](?P<month>\d\d?)[-/.](?P<day>\d\d?)"
     r"|(?P<first>\d\d?)(?P<mark>[-/.])(?P<second>\d\d?)(?P=mark)(?P<last>\d{4})),?[T ])?\s*"
     r"(?P<hours>\d\d?):(?P<minutes>[0-5]\d):(?P<seconds>[0-5]\d(?:[.,]\d*)?)"
-    r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|[+-]\d\d:?\d\d)?"
+    r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|(?P<zone>[+-]\d\d:?\d\d))?"
 )
 _DAY = 86400.0
 _MONTHS = 12
@@ -85,8 +85,11 @@ def _day(found: re.Match[str], order: str) -> int | None:
 
 
 def _time(found: re.Match[str]) -> float:
-    """Seconds since midnight; a shift of the time zone is left out."""
+    """Seconds since midnight, in universal time where the zone is stated."""
     hours = int(found["hours"])
     if found["half"]:
         hours = hours % 12 + 12 * (found["half"] in "Pp")
-    return 3600.0 * hours + 60.0 * int(found["minutes"]) + float(found["seconds"].replace(",", "."))
+    # the zone may change while a recording goes on, where summer time begins or ends
+    zone = (found["zone"] or "+0000").replace(":", "")
+    minutes = int(found["minutes"]) - 60 * int(zone[:3]) - int(zone[0] + zone[3:])
+    return 3600.0 * hours + 60.0 * minutes + float(found["seconds"].replace(",", "."))

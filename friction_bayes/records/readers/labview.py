@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from friction_bayes.core.checks import finite_text
+from friction_bayes.core.errors import InputError
 
 __all__ = ["completed"]
 
@@ -27,7 +28,7 @@ def completed(path: Path, lines: Sequence[str]) -> tuple[Sequence[str], dict[str
     Raises
     ------
     InputError
-        If the time of the first sample, or the interval, is no number.
+        If the time of the first sample, or the interval, is no number, or channels have several.
     """
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         return lines, {}
@@ -45,9 +46,21 @@ def completed(path: Path, lines: Sequence[str]) -> tuple[Sequence[str], dict[str
     kept = {name.strip(): unit for name, unit in units.items() if unit.strip()}
     if not (lines[top].startswith(_TIME) and lines[top + 1].startswith(separator) and "Delta_X" in stated):
         return lines, kept
+    steps = sorted({cell.strip() for cell in stated["Delta_X"]} - {""})
+    if len(steps) > 1:
+        raise InputError(
+            f"{path}: Delta_X",
+            f"the channels have several intervals, {' and '.join(steps)}",
+            "export the channel that is meant by itself, or with its times (X_Columns)",
+        )
     begin, step = (
         finite_text(f"{path}: {key}", stated.get(key, ["0"])[0].strip().replace(",", "."))
         for key in ("X0", "Delta_X")
     )
-    rows = [f"{begin + step * k!r}{line}" for k, line in enumerate(lines[top + 1 :]) if line.strip()]
+    mark = next(iter(stated.get("Decimal_Separator", ())), "").strip() or "."
+    rows = [
+        f"{begin + step * k!r}".replace(".", mark) + line
+        for k, line in enumerate(lines[top + 1 :])
+        if line.strip()
+    ]
     return [*lines[: top + 1], *rows], kept

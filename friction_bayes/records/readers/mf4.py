@@ -22,7 +22,7 @@ _SIGNATURES = (b"MDF ", b"UnFinMF ")
 
 
 def read_mf4(path: Path) -> Table:
-    """Read the numeric channels of an MDF file, each with its own time stamps.
+    """Read the numeric channels of an MDF file, each with its own time stamps, of one name as ``0/name``, ...
 
     Parameters
     ----------
@@ -37,6 +37,12 @@ def read_mf4(path: Path) -> Table:
             str(path), "this is not an MDF file (it begins otherwise)", "give the suffix of its format"
         )
     arrays = arrays_read_by(__name__, path, "an MDF file")
+    channels = json.loads(str(arrays["channels"]))
+    names = [name for name, _ in channels]
+    # groups may have channels of one name
+    names = [
+        f"{names[:k].count(name)}/{name}" * (names.count(name) > 1) or name for k, name in enumerate(names)
+    ]
     return Table(
         {
             name: Column(
@@ -44,7 +50,7 @@ def read_mf4(path: Path) -> Table:
                 unit=unit or None,
                 clock=partial(np.asarray, arrays[f"times{k}"]),
             )
-            for k, (name, unit) in enumerate(json.loads(str(arrays["channels"])))
+            for k, (name, (_, unit)) in enumerate(zip(names, channels, strict=True))
         }
     )
 

@@ -36,6 +36,8 @@ _MOST_SETTINGS = 5
 _UNITS = {*TIME_UNITS, *(unit for quantity in QUANTITIES.values() for unit in known_units(quantity))}
 _RULE = re.compile(r"[-=+|:\s,;]*[-=]{3}[-=+|:\s,;]*")
 """A line that sets the header off from the rows under it."""
+_IN_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,]\d{3})+")
+"""A number whose mark may be that between thousands."""
 _SYNTHETIC = re.compile(r"#\s*synthetic\b")
 
 
@@ -104,13 +106,14 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
         names = _commented_names(lines[: table[0][0] - 1], len(names)) or names
     rows = np.array([row for row, _ in table])
     attrs = {"synthetic": True} if any(_SYNTHETIC.match(line.strip()) for line in lines) else {}
-    columns = {}
+    columns, decimal = {}, _decimal_mark([cells for _, cells in table])
     for k, name in enumerate(names):
         if name:
             cells = [row[k] for _, row in table]
             held = _held(cells)
             since = next((cell for cell in cells[held][:1] if is_clock_time(cell)), None)
-            read = partial(_numbers if since is None else _clock_times, path, name, rows[held], cells[held])
+            to_numbers = partial(_numbers, decimal) if since is None else _clock_times
+            read = partial(to_numbers, path, name, rows[held], cells[held])
             columns[name] = Column(read, since=since, rows=rows[held], attrs=attrs)
     return Table(columns)
 
@@ -364,8 +367,31 @@ def _clock_times(path: Path, name: str, rows: Indices, cells: list[str]) -> Arra
     )
 
 
-def _numbers(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
+def _decimal_mark(table: list[list[str]]) -> str:
+    """Which of comma and point numbers have for decimals alone; empty where both or neither do."""
+    marks = [
+        mark
+        for mark in ",."
+        if any(
+            mark in cell and not _IN_THOUSANDS.fullmatch(cell) and _is_number(cell)
+            for cells in table
+            for cell in cells
+        )
+    ]
+    return marks[0] if len(marks) == 1 else ""
+
+
+def _numbers(decimal: str, path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
     """Convert one column, reading decimal commas as what they are."""
+    other = {",": ".", ".": ","}.get(decimal)
+    grouped = [k for k, cell in enumerate(cells) if other and other in cell and _is_number(cell)]
+    if grouped:
+        raise InputError(
+            f"{path}: row {rows[grouped[0]]}",
+            f"column {name}: {cells[grouped[0]]} is in thousands, or decimal where other numbers have "
+            f"{decimal!r} for that",
+            "write all numbers alike, without thousands separators",
+        )
     commas = [("," in cell) for cell in cells]
     if any(commas):
         points = [row for row, cell in zip(rows, cells, strict=True) if "." in cell]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
 import numpy as np
@@ -121,6 +121,28 @@ def test_labview_states_units_and_times_in_its_header(
         read_record(path, unit="m")
 
 
+def test_labview_channels_of_several_intervals_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "swing.lvm"
+    head = "LabVIEW Measurement\t\nX_Columns\tNo\n***End_of_Header***\t\nDelta_X\t0.05\t0.1\n"
+    rows = "".join(f"\t0\t{x}\n" for _, x in ROWS)
+    path.write_text(f"{head}***End_of_Header***\t\nX_Value\tforce\tdisplacement_m\n{rows}")
+    with pytest.raises(fb.InputError, match=r"several intervals, 0\.05 and 0\.1"):
+        read_record(path)
+
+
+@pytest.mark.parametrize(("decimal", "thousands"), [(",", "."), (".", ",")])
+def test_numbers_in_thousands_are_not_taken_for_decimals(
+    tmp_path: Path, decimal: str, thousands: str
+) -> None:
+    path = tmp_path / "swing.csv"
+    values = [f"{500_000 + 1e6 * float(x):,.0f}".replace(",", thousands) for _, x in ROWS]
+    times = [str(t).replace(".", decimal) for t, _ in ROWS]
+    lines = [f"{time};{value}\n" for time, value in zip(times, values, strict=True)]
+    path.write_text("time_s;displacement_um\n" + "".join(lines))
+    with pytest.raises(fb.InputError, match=rf"row 2: column displacement_um: {values[0]} is in thousands"):
+        read_record(path)
+
+
 @pytest.mark.parametrize(
     "coded",
     [
@@ -154,6 +176,16 @@ def test_dates_of_either_order_go_on_beyond_midnight(form: str, start: datetime)
     found = seconds_of_clock_times(cells)
     assert found is not None
     np.testing.assert_allclose(found, TIME, atol=1e-9)
+
+
+def test_a_time_zone_may_change_where_summer_time_begins(tmp_path: Path) -> None:
+    path = tmp_path / "swing.csv"
+    rows = [(datetime(2024, 3, 31, 0, 59, 59, tzinfo=UTC) + timedelta(seconds=float(t)), x) for t, x in ROWS]
+    zones = [timezone(timedelta(hours=1 + (time.hour >= 1))) for time, _ in rows]
+    lines = [f"{t.astimezone(zone).isoformat()},{x}\n" for zone, (t, x) in zip(zones, rows, strict=True)]
+    path.write_text("Time,displacement_m\n" + "".join(lines))
+    assert len(set(zones)) == 2
+    np.testing.assert_allclose(read_record(path)["time"], TIME - TIME[0], atol=1e-5)
 
 
 def test_doubled_stamps_take_the_first_or_the_mean(tmp_path: Path) -> None:

@@ -722,6 +722,20 @@ def test_mf4(tmp_path) -> None:
         read_record(tmp_path / "decay.mf4")
 
 
+def test_mf4_channels_of_one_name_are_counted(tmp_path) -> None:
+    import asammdf
+
+    with asammdf.MDF() as file:
+        for times in (2.0, 1.0):
+            file.append([asammdf.Signal(times * 1e3 * SIGNAL, TIME, name="displacement", unit="mm")])
+        file.save(tmp_path / "decay.mf4")
+    with pytest.raises(InputError, match=r"several signals: 0/displacement \[.*, 1/displacement"):
+        read_record(tmp_path / "decay.mf4")
+    with pytest.warns(RecordWarning, match="0/displacement moves 2 times"):
+        record = read_record(tmp_path / "decay.mf4", signal_column="1/displacement")
+    assert_is_the_signal(record, rtol=1e-12)
+
+
 @pytest.mark.parametrize("suffix", [".tdms", ".uff", ".mf4", ".zarr"])
 def test_a_missing_package_says_how_to_get_it(tmp_path, monkeypatch, suffix) -> None:
     def missing(name):

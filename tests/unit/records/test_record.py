@@ -192,6 +192,8 @@ def test_what_is_proposed_of_doubled_times_leads_on() -> None:
         InputError, match=rf"sample 2 \(t = 0 s\): {N} samples have {N // 50} times; give sampling_rate=100$"
     ):
         validate_record(record_over(np.floor(TIME / 0.5 + 1e-9) * 0.5))
+    with pytest.raises(InputError, match=r"give sampling_rate=333\.097$"):
+        validate_record(record_over((np.arange(N) / 333.0).round(2)))
     early = TIME.copy()
     early[9] = early[7]
     with pytest.raises(InputError, match=r"sort the rows; if the clock is at fault, give sampling_rate$"):

@@ -64,12 +64,35 @@ def test_stamps_that_jitter_stay_as_they_are(rng: np.random.Generator) -> None:
     np.testing.assert_array_equal(stamped(time), time)
 
 
-@pytest.mark.parametrize(("rate", "decimals"), [(60.0, 2), (100.0, 2), (1000.0, 3), (50.0, 2)])
+@pytest.mark.parametrize(("rate", "decimals"), [(100.0, 2), (1000.0, 3), (50.0, 2)])
 @pytest.mark.parametrize("lost", [(140,), (90, 210)])
 def test_a_missing_row_is_no_rounding(rate: float, decimals: int, lost: tuple[int, ...]) -> None:
     """Where the interval is the last digit, one that is slightly longer gives the same stamps."""
     time = np.delete(np.arange(300) / rate, lost).round(decimals)
     np.testing.assert_array_equal(stamped(time), time)
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(60.0, 2), (29.97, 2), (120.0, 3), (700.0, 3), (850.0, 3)])
+@pytest.mark.parametrize("lost", [1, 30, "a stretch"])
+def test_rows_are_missing_of_rounded_stamps(
+    rate: float, decimals: int, lost: int | str, rng: np.random.Generator
+) -> None:
+    every = np.arange(600)
+    out = rng.choice(every[1:-1], lost, replace=False) if isinstance(lost, int) else every[200:260]
+    exact = np.delete(every, out) / rate
+    found = stamped(exact.round(decimals))
+    assert np.max(np.abs(found - exact)) <= 10.0**-decimals
+    apart = np.diff(found) * (every.size - 1) / (found[-1] - found[0])
+    np.testing.assert_allclose(apart, np.diff(exact) * rate, atol=1e-6)
+
+
+def test_friction_of_rounded_stamps_with_rows_missing(seed: int) -> None:
+    record = sampled(seed)[np.arange(480) % 17 != 5]
+    exact = fb.estimate(record, SYSTEM).friction
+    with pytest.warns(RecordWarning, match="rounded from an even clock of 60 Hz"):
+        printed = fb.estimate(record.assign_coords(time=record["time"].values.round(2)), SYSTEM).friction
+    assert printed.mean() == pytest.approx(exact.mean(), abs=0.2 * exact.std())
+    assert printed.std() == pytest.approx(exact.std(), rel=0.1)
 
 
 @pytest.mark.parametrize(("rate", "decimals"), [(240.0, 3), (48.0, 2), (59.94, 2)])
