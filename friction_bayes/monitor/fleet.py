@@ -58,10 +58,10 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     Returns
     -------
     xarray.Dataset
-        Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` (see
-        :data:`friction_bayes.estimators.batch.STATUS`) and ``friction_mean``, ``friction_sd``,
-        ``plain_mean``, ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be
-        used. Over ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a
+        Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` and
+        ``record_warnings`` (``status`` and ``warnings`` of :func:`friction_bayes.estimate_batch`) and
+        ``friction_mean``, ``friction_sd``, ``plain_mean``, ``plain_sd`` as in
+        :meth:`MonitorReport.to_dataset`, nan where a record cannot be used. Over ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a
         threshold, ``probability_above_threshold``, ``probability_never_reached`` and ``remaining_life`` (over
         ``quantile``; infinite where the threshold is never reached with so much probability).
 
@@ -78,7 +78,7 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     machine, _ = _dimensions(records)
     # mass and stiffness are common to all points: their spread comes in at the threshold
     exact = replace(system, mass_sd=0.0, inertia_sd=0.0, stiffness_sd=0.0)
-    estimates = estimate_batch(records, exact, random_force="none", judge=False)
+    estimates = estimate_batch(records, exact, random_force="none")
     kind = quantity_named(estimates.attrs["quantity"])
     unit = estimates["friction_mean"].attrs["units"]
     factors = declared_forces(system, kind, system.natural_frequency, disagree=False)
@@ -89,7 +89,7 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
         for name in ("mean", "sd"):
             estimates[f"friction_{name}"] = factor * estimates[f"friction_over_stiffness_{name}"]
     known = {"time_unit": time_unit, "unit": unit, "relative_sd": relative_sd}
-    needed = estimates[["friction_mean", "friction_sd", "status"]]
+    needed = estimates[["friction_mean", "friction_sd", "status", "warnings"]]
     follow_block = dask.delayed(_follow_block)
     parts = dask.compute(
         *(
@@ -175,6 +175,7 @@ def _follow_block(
     mean, sd, record_status = (estimates[name].values for name in ("friction_mean", "friction_sd", "status"))
     columns: dict[str, NDArray[Any]] = {name: np.full((machines, points), np.nan) for name in _TRACKED}
     columns |= {"estimate_mean": mean, "estimate_sd": sd, "record_status": record_status}
+    columns["record_warnings"] = estimates["warnings"].values
     columns |= {name: np.full((machines,), np.nan) for name in _SCALARS}
     columns["remaining_life"] = np.full((machines, len(QUANTILES)), np.nan)
     usable = np.isfinite(mean) & np.isfinite(sd)

@@ -16,6 +16,7 @@ import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.strict_json import strict_json
+from friction_bayes.estimators.batch import STATUS
 from friction_bayes.monitor.points import DetectionPoints, detection_times
 from friction_bayes.monitor.remaining_life import remaining_life
 from friction_bayes.monitor.report import follow
@@ -213,6 +214,24 @@ def test_fleet_is_each_machine_by_itself() -> None:
     assert np.isnan(found["friction_mean"].values[1, 1])
     assert np.isnan(found["remaining_life"].sel(machine="c")).all()
     assert found["drift_mean"].attrs["units"] == "N/h"
+
+
+def test_a_fleet_leaves_out_records_whose_tops_are_flat_below_noise() -> None:
+    """As a machine by itself does: their friction would be a third of what it is."""
+    whole = [decay(0.5, seed) for seed in (1, 2, 3)]
+    flat = np.clip(whole[1].values, -0.012, 0.012) + 1e-4 * np.random.default_rng(1).standard_normal(400)
+    values = np.array([whole[0].values, flat, whole[2].values])
+    with pytest.raises(fb.InputError, match="saturates"):
+        fb.monitor_records([whole[0], whole[1].copy(data=flat)], SYSTEM)
+    fleet = xr.DataArray(
+        values[None],
+        dims=("machine", "point", "time"),
+        coords={"time": whole[0]["time"].values},
+        attrs={"quantity": "displacement", "units": "m"},
+    )
+    found = fb.monitor_fleet(fleet, SYSTEM)
+    assert STATUS[int(found["record_status"][0, 1])] == "clipped"
+    assert found["points_used"].values.tolist() == [2]
 
 
 TIMES_GIVEN: dict[str, tuple[Sequence[Any] | None, list[dict[str, Any]], tuple[list[float], str]]] = {
