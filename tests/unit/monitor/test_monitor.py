@@ -200,13 +200,17 @@ def test_fleet_is_each_machine_by_itself() -> None:
         coords={"time": machines[0][0]["time"].values, "pump": ["a", "b", "c"], "detection_time": times},
         attrs={"quantity": "displacement", "units": "m"},
     )
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0, stiffness_sd=20.0)
+    # mass and stiffness contradict the frequency of the records
+    system = fb.Oscillator(mass=10.0, stiffness=1100.0, stiffness_sd=20.0)
     found = fb.monitor_fleet(fleet.chunk({"pump": 2}), system, threshold=0.6)
-    alone = fb.monitor_records(machines[0], system, threshold=0.6, times=[0, 50, 120], time_unit="h")
+    with pytest.warns(fb.RecordWarning, match="standard deviations apart"):
+        alone = fb.monitor_records(machines[0], system, threshold=0.6, times=[0, 50, 120], time_unit="h")
     assert alone.life is not None
     first = found.sel(machine="a")
     np.testing.assert_allclose(first["friction_mean"], alone.forgetting.mean, rtol=1e-9)
     np.testing.assert_allclose(first["plain_sd"], alone.plain.sd, rtol=1e-6)
+    assert alone.points.relative_sd > 0.04
+    np.testing.assert_allclose(first["relative_sd_of_factor"], alone.points.relative_sd, rtol=1e-9)
     life = [alone.life.ppf(q) for q in (0.05, 0.5, 0.95)]
     np.testing.assert_allclose(first["remaining_life"], life, rtol=1e-4)
     assert found["points_used"].values.tolist() == [3, 2, 1]
