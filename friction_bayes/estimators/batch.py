@@ -628,14 +628,13 @@ def _answered(
     for row in np.flatnonzero(used & ~as_fitted).tolist():
         try:
             decay, fit, accounts = free_part(decays.without_dropouts(row), fit_of)
+            fit = averaged_over_accounts(decay, fit, accounts.all)
+            refusal = NOT_DECAYING if fit.surely_negative else _OK
         except InputError:
             # no decay fits the part that is free
-            _refuse(table, row, _NO_FIT)
-            used[row] = False
-            continue
-        fit = averaged_over_accounts(decay, fit, accounts.all)
-        if fit.surely_negative:
-            _refuse(table, row, NOT_DECAYING)
+            refusal = _NO_FIT
+        if refusal != _OK:
+            _refuse(table, row, refusal)
             used[row] = False
             continue
         looked_at[row] = decay, _sure(fit.uneven_loss)
