@@ -406,7 +406,7 @@ def _look_longer(white: Mask, used: Mask, decays: FreeDecays, fits: Fits) -> Non
     if fits.residual is None:
         return
     for row in np.flatnonzero(used & fits.found & ~white & (decays.counts >= LEAST_SAMPLES)).tolist():
-        decay, residual = decays.decay(row), fits.residual(row)
+        decay, residual = decays.without_dropouts(row), fits.residual(row)
         if not stray_samples(residual, float(np.ptp(decay.values))).any():
             phase = fits.frequency[row] * decay.time
             white[row] = looks_white(residual, phase, decays.quantity.order, _COEFFICIENTS)
@@ -626,10 +626,15 @@ def _answered(
         answer = not_negative(answer_parts(fitted, None, uneven))
         write(row, answer, float(fits.frequency[row]), float(fits.frequency_sd[row]))
     for row in np.flatnonzero(used & ~as_fitted).tolist():
-        decay, fit, accounts = free_part(decays.without_dropouts(row), fit_of)
-        fit = averaged_over_accounts(decay, fit, accounts.all)
-        if fit.surely_negative:
-            _refuse(table, row, NOT_DECAYING)
+        try:
+            decay, fit, accounts = free_part(decays.without_dropouts(row), fit_of)
+            fit = averaged_over_accounts(decay, fit, accounts.all)
+            refusal = NOT_DECAYING if fit.surely_negative else _OK
+        except InputError:
+            # no decay fits the part that is free
+            refusal = _NO_FIT
+        if refusal != _OK:
+            _refuse(table, row, refusal)
             used[row] = False
             continue
         looked_at[row] = decay, _sure(fit.uneven_loss)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import dask
@@ -13,11 +14,11 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import positive
-from friction_bayes.core.declared_force import declared_forces
+from friction_bayes.core.declared_force import ForceFactor, common_factor
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
+from friction_bayes.core.quantities import quantity_named
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.decay.sensor_calibration import force_factor
+from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.estimators.batch import estimate_batch
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
@@ -58,12 +59,14 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     Returns
     -------
     xarray.Dataset
-        Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` (see
-        :data:`friction_bayes.estimators.batch.STATUS`) and ``friction_mean``, ``friction_sd``,
-        ``plain_mean``, ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be
-        used. Over ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a
-        threshold, ``probability_above_threshold``, ``probability_never_reached`` and ``remaining_life`` (over
-        ``quantile``; infinite where the threshold is never reached with so much probability).
+        Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` and
+        ``record_warnings`` (``status`` and ``warnings`` of :func:`friction_bayes.estimate_batch`) and
+        ``friction_mean``, ``friction_sd``, ``plain_mean``, ``plain_sd`` as in
+        :meth:`MonitorReport.to_dataset`, nan where a record cannot be used. Over ``machine``: ``status``,
+        ``points_used``, ``discount``, ``level``, ``drift``, ``relative_sd_of_factor`` (standard deviation of
+        the factor from the signal to a force) and, with a threshold, ``probability_above_threshold``,
+        ``probability_never_reached`` and ``remaining_life`` (over ``quantile``; infinite where the threshold
+        is never reached with so much probability).
 
     Raises
     ------
@@ -76,24 +79,23 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
         positive("threshold", threshold)
     times, time_unit = fleet_times(records)
     machine, _ = _dimensions(records)
-    # mass and stiffness are common to all points: their spread comes in at the threshold
+    # the force is not used as it is found record by record, and takes longer with its uncertain factors
     exact = replace(system, mass_sd=0.0, inertia_sd=0.0, stiffness_sd=0.0)
-    estimates = estimate_batch(records, exact, random_force="none", judge=False)
+    estimates = estimate_batch(records, exact, random_force="none")
     kind = quantity_named(estimates.attrs["quantity"])
-    unit = estimates["friction_mean"].attrs["units"]
-    factors = declared_forces(system, kind, system.natural_frequency, disagree=False)
-    relative_sd = 0.0 if unit in UNCALIBRATED_UNITS else factors[0].relative_sd
-    if system.trust is None:
-        # at the declared mass and stiffness, whatever the frequency found says of them
-        factor = force_factor(system, kind, unit) * estimates["frequency"] ** kind.order
-        for name in ("mean", "sd"):
-            estimates[f"friction_{name}"] = factor * estimates[f"friction_over_stiffness_{name}"]
-    known = {"time_unit": time_unit, "unit": unit, "relative_sd": relative_sd}
-    needed = estimates[["friction_mean", "friction_sd", "status"]]
+    # of the signal: the factor to a force is common to the points of a machine
+    to_signal = estimates["frequency"] ** kind.order
+    for name in ("mean", "sd"):
+        estimates[f"coefficient_{name}"] = to_signal * estimates[f"friction_over_stiffness_{name}"]
+    known = {"time_unit": time_unit, "unit": estimates["friction_mean"].attrs["units"]}
+    factors_of = partial(force_factors, system, kind, estimates["rest_position"].attrs["units"])
+    needed = estimates[
+        ["coefficient_mean", "coefficient_sd", "frequency", "frequency_sd", "status", "warnings"]
+    ]
     follow_block = dask.delayed(_follow_block)
     parts = dask.compute(
         *(
-            follow_block(times[each], needed.isel({machine: each}), threshold, known)
+            follow_block(times[each], needed.isel({machine: each}), factors_of, threshold, known)
             for each in _blocks(records.chunksizes.get(machine, (records.sizes[machine],)))
         )
     )
@@ -165,25 +167,37 @@ def _blocks(chunks: Sequence[int]) -> list[slice]:
 
 
 def _follow_block(
-    times: Array, estimates: xr.Dataset, threshold: float | None, known: dict[str, Any]
+    times: Array,
+    estimates: xr.Dataset,
+    factors_of: Callable[[float, float], tuple[ForceFactor, ...]],
+    threshold: float | None,
+    known: dict[str, Any],
 ) -> dict[str, NDArray[Any]]:
     """Follow some machines.
 
-    Times and estimates over (machine, point) in, columns of the dataset out.
+    Times and estimates over (machine, point) in, columns of the dataset out. ``factors_of`` a frequency and
+    its standard deviation are the factors from the signal to a force.
     """
     machines, points = times.shape
-    mean, sd, record_status = (estimates[name].values for name in ("friction_mean", "friction_sd", "status"))
+    mean, sd = (estimates[f"coefficient_{name}"].values.copy() for name in ("mean", "sd"))
+    usable = np.isfinite(mean) & np.isfinite(sd)
+    relative_sd = np.full((machines,), np.nan)
+    for k in np.flatnonzero(usable.any(axis=1)):
+        found = (float(np.median(estimates[f"frequency{of}"].values[k, usable[k]])) for of in ("", "_sd"))
+        factor, relative_sd[k] = common_factor(factors_of(*found))
+        mean[k], sd[k] = factor * mean[k], factor * sd[k]
     columns: dict[str, NDArray[Any]] = {name: np.full((machines, points), np.nan) for name in _TRACKED}
-    columns |= {"estimate_mean": mean, "estimate_sd": sd, "record_status": record_status}
+    columns |= {"estimate_mean": mean, "estimate_sd": sd, "relative_sd_of_factor": relative_sd}
+    columns |= {f"record_{name}": estimates[name].values for name in ("status", "warnings")}
     columns |= {name: np.full((machines,), np.nan) for name in _SCALARS}
     columns["remaining_life"] = np.full((machines, len(QUANTILES)), np.nan)
-    usable = np.isfinite(mean) & np.isfinite(sd)
     columns["points_used"] = usable.sum(axis=1)
     columns["status"] = (columns["points_used"] < 2).astype(np.int8)
     for k in np.flatnonzero(columns["status"] == 0):
         use = usable[k]
+        own = known | {"relative_sd": float(relative_sd[k])}
         report = follow(
-            DetectionPoints(times=times[k, use], friction=mean[k, use], sd=sd[k, use], **known), threshold
+            DetectionPoints(times=times[k, use], friction=mean[k, use], sd=sd[k, use], **own), threshold
         )
         tracks = (report.forgetting.mean, report.forgetting.sd, report.plain.mean, report.plain.sd)
         for name, values in zip(_TRACKED, tracks, strict=True):
@@ -225,7 +239,6 @@ def _as_dataset(
             "machine": np.arange(len(times)),
             "point": [f"T{i + 1}" for i in range(times.shape[1])],
         },
-        attrs={"relative_sd_of_factor": known["relative_sd"]},
     )
     dataset["status"].attrs = {"flag_values": [0, 1], "flag_meanings": " ".join(_STATUS)}
     if threshold is None:

@@ -129,17 +129,28 @@ class WaveformEstimator(TabulatedPrior):
         fits = fit_waveforms(
             decays.values, decays.located, decays.quantity.order, prior["coefficient_precision"]
         )
+        half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
+        # what takes the place of dropouts was not measured
+        for row in [row for row in decays.dropouts if decays.usable[row]]:
+            decay = decays.without_dropouts(row)
+            own = fit_waveforms(
+                decay.values[None],
+                decay.located,
+                decays.quantity.order,
+                prior["coefficient_precision"],
+                places=_samples(decay).places,
+            )
+            for many, one in zip(fits, own, strict=True):
+                many[row] = one[0]
+            counts[row], half_duration[row] = decay.values.size, 0.5 * decay.duration
         data = fits.linearised(counts, slice(OFFSET, COEFFICIENTS))
         posterior = CoefficientMarginals.of(prior_of(prior, COEFFICIENTS), data, fits.found)
-        half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
 
         def residual(row: int) -> Array:
-            start, n = decays.located.start[row], counts[row]
-            coefficients, kappa, stop = fits.coefficients[row], fits.kappa[row], fits.stop[row]
-            signal = signals(
-                Samples(n, EVENLY), decays.quantity.order, coefficients[None], float(kappa), int(stop)
-            )[0]
-            return np.asarray(decays.values[row, start : start + n] - signal)
+            decay, coefficients = decays.without_dropouts(row), fits.coefficients[row]
+            kappa, stop = float(fits.kappa[row]), int(fits.stop[row])
+            signal = signals(_samples(decay), decays.quantity.order, coefficients[None], kappa, stop)[0]
+            return np.asarray(decay.values - signal)
 
         return Fits(
             family=stats.t,

@@ -420,6 +420,45 @@ def test_nothing_is_judged_where_it_is_not_asked_for_and_dask_stays_silent() -> 
     xr.testing.assert_allclose(lazy.drop_vars("warnings"), plain_numbers, rtol=1e-12)
 
 
+def test_a_record_of_too_few_half_cycles_is_refused_without_the_others() -> None:
+    """Once its rest is cut off no decay fits: the motion ends in its second half cycle."""
+    amplitude = 1.53e-3
+    free = simulate(
+        SYSTEM,
+        friction=0.3,
+        initial_displacement=amplitude,
+        duration=6.0,
+        sampling_rate=100.0,
+        noise_sd=0.01 * amplitude,
+        seed=30,
+    ).values
+    hold = amplitude * (1.0 + 0.01 * np.random.default_rng(81).standard_normal(85))
+    stuck = np.concatenate([hold, free])
+    other = long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=1).values[: stuck.size]
+    record = make_record(np.arange(stuck.size) / 100.0, stuck, "displacement")
+    with pytest.raises(InputError, match="no free decay under dry friction fits"):
+        estimate(record, SYSTEM)
+    result = estimate_batch([stuck, other], SYSTEM, sampling_rate=100.0)
+    assert [STATUS[code] for code in result["status"].values.tolist()] == ["no_fit", "ok"]
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
+def test_dropouts_are_left_out_of_the_fit_as_of_one_record(quantity: str) -> None:
+    """Their replacements look like samples without noise, and would count far more than they know."""
+    rows = []
+    for seed in (1, 2):
+        row = long_decay(sampling_rate=100.0, noise_sd=1e-6, seed=seed, quantity=quantity).values.copy()
+        for first in (150, 480, 811):
+            row[first : first + 10] = row[first + 100 * seed]
+        rows.append(row)
+    with pytest.warns(RecordWarning, match="set aside: 2"):
+        many = plain_batch(rows, SYSTEM, sampling_rate=100.0, quantity=quantity)
+    for k, row in enumerate(rows):
+        record = make_record(np.arange(row.size) / 100.0, row, quantity)
+        with pytest.warns(RecordWarning, match="dropouts"):
+            assert_same(many, k, plain(record, SYSTEM))
+
+
 def test_dead_machines_are_no_turned_array() -> None:
     """A zero that swings from record to record looks like a decay across them."""
     point = np.arange(150)

@@ -16,6 +16,7 @@ import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.strict_json import strict_json
+from friction_bayes.estimators.batch import STATUS
 from friction_bayes.monitor.points import DetectionPoints, detection_times
 from friction_bayes.monitor.remaining_life import remaining_life
 from friction_bayes.monitor.report import follow
@@ -199,13 +200,17 @@ def test_fleet_is_each_machine_by_itself() -> None:
         coords={"time": machines[0][0]["time"].values, "pump": ["a", "b", "c"], "detection_time": times},
         attrs={"quantity": "displacement", "units": "m"},
     )
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0, stiffness_sd=20.0)
+    # mass and stiffness contradict the frequency of the records
+    system = fb.Oscillator(mass=10.0, stiffness=1100.0, stiffness_sd=20.0)
     found = fb.monitor_fleet(fleet.chunk({"pump": 2}), system, threshold=0.6)
-    alone = fb.monitor_records(machines[0], system, threshold=0.6, times=[0, 50, 120], time_unit="h")
+    with pytest.warns(fb.RecordWarning, match="standard deviations apart"):
+        alone = fb.monitor_records(machines[0], system, threshold=0.6, times=[0, 50, 120], time_unit="h")
     assert alone.life is not None
     first = found.sel(machine="a")
     np.testing.assert_allclose(first["friction_mean"], alone.forgetting.mean, rtol=1e-9)
     np.testing.assert_allclose(first["plain_sd"], alone.plain.sd, rtol=1e-6)
+    assert alone.points.relative_sd > 0.04
+    np.testing.assert_allclose(first["relative_sd_of_factor"], alone.points.relative_sd, rtol=1e-9)
     life = [alone.life.ppf(q) for q in (0.05, 0.5, 0.95)]
     np.testing.assert_allclose(first["remaining_life"], life, rtol=1e-4)
     assert found["points_used"].values.tolist() == [3, 2, 1]
@@ -213,6 +218,24 @@ def test_fleet_is_each_machine_by_itself() -> None:
     assert np.isnan(found["friction_mean"].values[1, 1])
     assert np.isnan(found["remaining_life"].sel(machine="c")).all()
     assert found["drift_mean"].attrs["units"] == "N/h"
+
+
+def test_a_fleet_leaves_out_records_whose_tops_are_flat_below_noise() -> None:
+    """As a machine by itself does: their friction would be a third of what it is."""
+    whole = [decay(0.5, seed) for seed in (1, 2, 3)]
+    flat = np.clip(whole[1].values, -0.012, 0.012) + 1e-4 * np.random.default_rng(1).standard_normal(400)
+    values = np.array([whole[0].values, flat, whole[2].values])
+    with pytest.raises(fb.InputError, match="saturates"):
+        fb.monitor_records([whole[0], whole[1].copy(data=flat)], SYSTEM)
+    fleet = xr.DataArray(
+        values[None],
+        dims=("machine", "point", "time"),
+        coords={"time": whole[0]["time"].values},
+        attrs={"quantity": "displacement", "units": "m"},
+    )
+    found = fb.monitor_fleet(fleet, SYSTEM)
+    assert STATUS[int(found["record_status"][0, 1])] == "clipped"
+    assert found["points_used"].values.tolist() == [2]
 
 
 TIMES_GIVEN: dict[str, tuple[Sequence[Any] | None, list[dict[str, Any]], tuple[list[float], str]]] = {
