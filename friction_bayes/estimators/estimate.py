@@ -247,11 +247,11 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
 def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     """Note of a loss that need not be by dry friction alone: what friction is with it, and without.
 
-    Where the record makes that more probable than it was before; a warning where it surely is not. Intervals,
-    as the standard deviation after few half cycles is infinite.
+    In full where the record makes that more probable than it was before; a warning where it surely is not.
+    Intervals, as the standard deviation after few half cycles is infinite.
     """
     uneven = fit.uneven_loss
-    if uneven is None or uneven.probability < sum(UNEVEN_PRIOR.values()):
+    if uneven is None or uneven.probability < SLIGHT:
         return []
 
     def of(coefficient: Any) -> str:
@@ -263,10 +263,15 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         likely = sorted(uneven.losses.items(), key=lambda loss: -loss[1])
         named = [f"{words(name)} ({percent(share)})" for name, share in likely if share >= SLIGHT]
         under, then = f"as under {listed(named, 'or')}", "then"
-    if float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE:
-        then += " there need be no dry friction"
-    else:
-        then += f" dry friction is {of(uneven.coefficient)}"
+    may_be_none = float(uneven.coefficient.cdf(0.0)) > _MAY_BE_NONE
+    friction = "there need be no dry friction" if may_be_none else f"dry friction is {of(uneven.coefficient)}"
+    if uneven.probability < sum(UNEVEN_PRIOR.values()):
+        # too little for the interval, and all that slight damping does to friction
+        return [
+            f"{decay.name}: should more than dry friction act (probability {number(uneven.probability, 2)}), "
+            f"{friction}"
+        ]
+    then += f" {friction}"
     if uneven.losses:
         reported = "and it is averaged over these and dry friction alone"
     else:
