@@ -285,18 +285,48 @@ def evaluate_bounded(
     best : float
         Log weight of a set that is not among these, compared with which they may not matter.
     """
+    if not positive.any():
+        return bounds
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
-    sets, bound, log_weight = _read_only(sets), bounds.log_weight, bounds.log_weight - _LEFT_OUT
+    bound, log_weight = bounds.log_weight, bounds.log_weight - _LEFT_OUT
     highest = np.array([bound.argmax()])
     if bound[highest[0]] < best - _NEGLIGIBLE:
         return bounds._replace(log_weight=log_weight)
-    best = _evaluate_sets(regression, sets, highest, bounds, best, log_weight)
+    best = _evaluate_some(regression, sets, highest, bounds, best, log_weight)
     # few are left to sort once one is known
     others = np.flatnonzero(bound >= best - _NEGLIGIBLE)
     others = others[others != highest]
     if others.size > 0:
-        _evaluate_sets(regression, sets, others[np.argsort(-bound[others])], bounds, best, log_weight)
+        _evaluate_some(regression, sets, others[np.argsort(-bound[others])], bounds, best, log_weight)
     return bounds._replace(log_weight=log_weight)
+
+
+def _evaluate_some(
+    regression: _Regression, sets: Mask, rows: Indices, bounds: SetEvidences, best: float, log_weight: Array
+) -> float:
+    """Fill the log weights of some sets, ``rows`` in the order of falling bounds; returns the best.
+
+    What all of them have is eliminated once, but for columns whose coefficients have to be positive.
+    """
+    some, own = sets[rows], log_weight[rows]
+    always = some.all(axis=0) & ~regression.positive
+    evidences = SetEvidences(bounds.log_weight[rows], bounds.noise2[rows], bounds.full_noise2)
+    left = np.ascontiguousarray(some[:, ~always])
+    best = _evaluate_sets(_eliminated(regression, always, bounds.full_noise2), left, evidences, best, own)
+    log_weight[rows] = own
+    return best
+
+
+def _eliminated(regression: _Regression, always: Mask, lam: float) -> _Regression:
+    """The regression without columns that every set has, integrated out under their priors."""
+    gram, reference = regression.gram, regression.reference
+    out, rest = np.flatnonzero(always), np.flatnonzero(np.append(~always, True))
+    left = gram[np.ix_(rest, rest)]
+    if out.size > 0:
+        across = gram[np.ix_(out, rest)]
+        across[:, -1] -= lam * reference[out]
+        left -= across.T @ solved(gram[np.ix_(out, out)] + lam * np.eye(out.size), across)
+    return regression._replace(gram=left, reference=reference[~always], positive=regression.positive[~always])
 
 
 @njit(**KERNEL)
@@ -426,12 +456,9 @@ def _penalised(
 
 @njit(**KERNEL)
 def _evaluate_sets(
-    regression: _Regression, sets: Mask, order: Indices, bounds: SetEvidences, best: float, log_weight: Array
+    regression: _Regression, sets: Mask, bounds: SetEvidences, best: float, log_weight: Array
 ) -> float:
-    """Fill log weights, bounds and the mass of positive coefficients, in the ``order`` of falling bounds.
-
-    Returns the best.
-    """
+    """Fill log weights, bounds and the mass of positive coefficients, by falling bounds; returns the best."""
     gram, reference, positive = regression.gram, regression.reference, regression.positive
     bound, noise2, lam = bounds
     p = reference.size
@@ -447,7 +474,7 @@ def _evaluate_sets(
     for a in range(p):
         every[a] = a
     # the mass is at most one: it is computed where it matters
-    for s in order:
+    for s in range(len(sets)):
         if bound[s] < best - _NEGLIGIBLE:
             break
         size = _penalised(gram, lam, reference, sets[s], index, work, rhs, back)
