@@ -2,7 +2,7 @@
 
 By Coulomb friction it rests where the spring pulls with less than friction. Friction at rest may be larger,
 and hold it from an earlier turning point on. The samples after one are then at a constant level; or they are
-what the fit says; or they move on in another way, along any smooth curve
+what the fit says, about any level; or they move on in another way, along any smooth curve
 (:mod:`friction_bayes.estimators.noise.smooth_curve`), as under a law that the fit lacks.
 """
 
@@ -25,7 +25,7 @@ __all__ = ["may_rest_early", "until_rest"]
 
 _MOST_EARLIER = 3
 """Half cycles by which it may come earlier, each as probable: friction at rest is then seven times that of
-sliding. The last turning point of the fit, where the mass rests by that, may be named too.
+sliding.
 """
 _FEWEST = 3
 """Half cycles of a decay, and samples at rest."""
@@ -63,14 +63,14 @@ def _noise(values: Array, left: Array) -> float:
 def _log_odds(about_rest: Array, left: Array, turn: int, half_cycles: int) -> float:
     """Log odds of a constant level from a turn on, against the fit or a motion, in units of the noise.
 
-    The fit may be as wrong there as it is before: under a random force it leaves more than noise everywhere.
+    The fit may be about another level there, as it misses other losses: what is judged is whether the mass
+    moves. And it may be as wrong as before: under a random force it leaves more than noise everywhere.
     """
     level, after = about_rest[turn:], left[turn:]
-    amplitude, place = float(np.max(np.abs(level))) + 1.0, np.linspace(-1.0, 1.0, level.size)
-    before = float(left[:turn] @ left[:turn]) / turn
+    amplitude, place = float(np.max(np.abs([level, after]))) + 1.0, np.linspace(-1.0, 1.0, level.size)
     fit = max(
-        -0.5 * (level.size * math.log(2.0 * math.pi * variance) + float(after @ after) / variance)
-        for variance in (1.0, max(1.0, before))
+        log_density_of_curve(place, after / sd, amplitude / sd, [0]) - level.size * math.log(sd)
+        for sd in (1.0, max(1.0, math.sqrt(float(left[:turn] @ left[:turn]) / turn)))
     )
     degrees = curve_degrees(half_cycles, level.size)
     moves = log_density_of_curve(place, level, amplitude, degrees) if degrees else -math.inf
