@@ -336,7 +336,8 @@ class Estimate(Shown):
         uneven = self.fit.uneven_loss
         if uneven is None:
             return None
-        friction = Summary.of_distribution(force_of(self.decay, self.fit, uneven.coefficient), self.friction_unit)
+        force = force_of(self.decay, self.fit, uneven.coefficient)
+        friction = Summary.of_distribution(force, self.friction_unit)
         return {
             "probability": uneven.probability,
             "faster": uneven.faster,
