@@ -28,7 +28,7 @@ from friction_bayes.estimators.noise.noise_accounts import SLIGHT
 from friction_bayes.estimators.noise.other_forces import BENT
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.estimators.result import Estimate, force_notes
+from friction_bayes.estimators.result import Estimate, force_notes, force_of
 from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.free_part import free_part
@@ -255,7 +255,8 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         return []
 
     def of(coefficient: Any) -> str:
-        low, high = (decay.force_factor * float(coefficient.ppf(p)) for p in TAILS)
+        force = force_of(decay, fit, coefficient)
+        low, high = (float(force.ppf(p)) for p in TAILS)
         return f"{interval(low, high, 3)} {decay.friction_unit} (90 %)"
 
     falls, (how, under, then) = "falls" if uneven.sure else "may fall", _FASTER if uneven.faster else _SLOWER

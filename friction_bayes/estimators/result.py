@@ -37,7 +37,7 @@ from friction_bayes.estimators.equally_probable import equally_probable
 from friction_bayes.estimators.noise.noise_accounts import most_probable
 from friction_bayes.estimators.noise.other_forces import BENT
 
-__all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
+__all__ = ["Estimate", "far_apart", "force_notes", "force_of", "rather_a_push"]
 
 _NO_FLUCTUATION = 5.0
 """Times friction itself, beyond which a random force is rather another effect: a warning is given then."""
@@ -123,7 +123,7 @@ class Estimate(Shown):
 
     @cached_property
     def friction(self) -> Any:
-        return self._force_of(self.fit.answer)
+        return force_of(self.decay, self.fit, self.fit.answer)
 
     @property
     def friction_unit(self) -> str:
@@ -324,11 +324,7 @@ class Estimate(Shown):
         """Posterior of the friction force by the loss of amplitude alone; None where there is no witness."""
         if self.fit.witness is None:
             return None
-        return self._force_of(self.fit.witness.coefficient)
-
-    def _force_of(self, coefficient: Any) -> Any:
-        """Distribution of the force of a coefficient of the signal."""
-        return equally_probable([scaled(coefficient, f, relative_sd=sd) for f, sd in self.force_factors])
+        return force_of(self.decay, self.fit, self.fit.witness.coefficient)
 
     def _witness_summary(self) -> dict[str, Any] | None:
         if self.fit.witness is None:
@@ -340,7 +336,8 @@ class Estimate(Shown):
         uneven = self.fit.uneven_loss
         if uneven is None:
             return None
-        friction = Summary.of_distribution(self._force_of(uneven.coefficient), self.friction_unit)
+        force = force_of(self.decay, self.fit, uneven.coefficient)
+        friction = Summary.of_distribution(force, self.friction_unit)
         return {
             "probability": uneven.probability,
             "faster": uneven.faster,
@@ -372,6 +369,11 @@ class Estimate(Shown):
 
 def _force_factors(decay: FreeDecay, fit: Fit) -> tuple[ForceFactor, ...]:
     return force_factors(decay.system, decay.quantity, decay.unit, fit.frequency, fit.frequency_sd)
+
+
+def force_of(decay: FreeDecay, fit: Fit, coefficient: Any) -> Any:
+    """Distribution of the force of a coefficient of the signal, by what the fit says of the system."""
+    return equally_probable([scaled(coefficient, f, relative_sd=sd) for f, sd in _force_factors(decay, fit)])
 
 
 def _taken_as_exact(factors: tuple[ForceFactor, ...]) -> bool:

@@ -61,7 +61,8 @@ class SetEvidences(NamedTuple):
     Attributes
     ----------
     log_weight : ndarray, shape (m,)
-        Log evidence plus log prior probability; far too low for sets that cannot matter.
+        Log evidence plus log prior probability; far too low for sets that cannot matter, where a coefficient
+        has to be positive.
     noise2 : ndarray, shape (m,)
         Noise variance in each set.
     full_noise2 : float
@@ -311,8 +312,12 @@ def _evaluate_some(
     some, own = sets[rows], log_weight[rows]
     always = some.all(axis=0) & ~regression.positive
     evidences = SetEvidences(bounds.log_weight[rows], bounds.noise2[rows], bounds.full_noise2)
-    left = np.ascontiguousarray(some[:, ~always])
-    best = _evaluate_sets(_eliminated(regression, always, bounds.full_noise2), left, evidences, best, own)
+    try:
+        regression = _eliminated(regression, always, bounds.full_noise2)
+    except np.linalg.LinAlgError:
+        # of columns that are the same to rounding, which the kernel bears, none is eliminated
+        always[:] = False
+    best = _evaluate_sets(regression, np.ascontiguousarray(some[:, ~always]), evidences, best, own)
     log_weight[rows] = own
     return best
 

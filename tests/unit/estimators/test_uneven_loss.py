@@ -388,6 +388,17 @@ def test_what_damping_too_slight_to_see_would_mean_is_said() -> None:
     assert low < 0.07 < high
 
 
+def test_what_friction_then_is_has_the_doubt_of_mass_and_stiffness() -> None:
+    """Where these contradict the frequency, in the note as in the result's own fields."""
+    declared = fb.Oscillator(mass=2.0, stiffness=880.0)
+    with pytest.warns(fb.RecordWarning, match="standard deviations apart"):
+        found = fb.estimate(decay(0.3), declared)
+    (note,) = (note for note in found.notes if "should more than dry friction act" in note)
+    said = [float(end) for end in re.findall(r"is ([\d.]+) \.\. ([\d.]+) N", note)[0]]
+    assert said == pytest.approx(found.to_dict()["uneven_loss"]["friction"]["interval90"], rel=2e-3)
+    assert said[1] > 1.08 * said[0]
+
+
 @pytest.mark.parametrize("scale", [1e-9, 1e-7, 1e5])
 def test_it_is_known_in_any_unit(scale: float) -> None:
     """A column in the unit of the signal is no less known for being small."""

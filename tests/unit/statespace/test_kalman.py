@@ -474,6 +474,17 @@ def test_sets_have_the_same_evidence_in_any_order(rng) -> None:
             assert nested.log_weight[k] == pytest.approx(alone.log_weight[0], abs=1e-8)
 
 
+def test_columns_that_are_the_same_to_rounding_are_borne(rng) -> None:
+    """Of these no Cholesky factor of the library's exists where the noise is below rounding."""
+    columns = rng.standard_normal((300, 4))
+    columns[:, 1:3] = columns[:, :1] * (1.0 + 1e-15 * rng.standard_normal((300, 2)))
+    block = np.column_stack([columns, 1e-7 * rng.standard_normal(300)])
+    whitened = whiten(block, Clock.of(np.arange(300.0)), sensor_row(0), 0.0, 1.0)
+    given = (whitened, np.ones(4), np.arange(4) > 2, np.ones((1, 4), np.bool_))
+    bounds = bound_sets(*given, np.zeros(1))
+    assert evaluate_bounded(*given, bounds).log_weight[0] <= bounds.log_weight[0]
+
+
 def test_noise_is_not_taken_below_its_least(rng) -> None:
     """Above the least noise nothing changes; below it the likelihood is that of this noise."""
     columns, record = rng.standard_normal((300, 2)), rng.standard_normal(300)
