@@ -65,7 +65,9 @@ def read_force(path: str | Path, record: xr.DataArray) -> Array:
     # both are seconds from the first stamp of their file
     if since is not None and f"since {since}]" not in record.attrs.get("read", ""):
         raise InputError(
-            place, f"its times begin at {since}, those of the record do not", "let both begin with one stamp"
+            place,
+            f"its times begin at {since}, those of the record do not",
+            "let both begin with one stamp, or leave out its times and give a row for each sample",
         )
     time = np.asarray(times_of(column, table, place, clock), dtype=np.float64)
     if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
