@@ -49,7 +49,7 @@ class MotionBehind:
     """The likelihood of a record of a motion in white noise, behind a high pass or none.
 
     A drift, and a swing that varies along the record in place of other forces than dry friction, are fitted
-    beside the columns. Of a long record the first samples count.
+    beside the columns, or what else is ``always`` there. Of a long record the first samples count.
 
     Parameters
     ----------
@@ -61,16 +61,20 @@ class MotionBehind:
         Of the motion; without its rest position, which a high pass removes.
     angle : float
         Of the motion [rad/sample].
+    always : ndarray, shape (q, n), optional
+        Rows that go through no filter.
     """
 
-    def __init__(self, signal: Array, known: Array, columns: Array, angle: float) -> None:
+    def __init__(
+        self, signal: Array, known: Array, columns: Array, angle: float, always: Array | None = None
+    ) -> None:
         self.angle, left_out = angle, margin(angle)
         signal, known, columns = (each[:LOOKED_AT] for each in (signal, known, columns))
         self._inner = np.isfinite(signal)
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
         self._signal, self._motion = signal, np.column_stack([columns, known])
         self._through = Through(self._motion)
-        self._always = drift_and_swing(signal.size, angle)
+        self._always = drift_and_swing(signal.size, angle) if always is None else always[:, :LOOKED_AT]
 
     def left(self, filter_: RecordingFilter | None) -> Array:
         """Residual behind a filter, or none, at the samples that count."""

@@ -25,6 +25,7 @@ __all__ = [
     "FilterKind",
     "RecordingFilter",
     "Through",
+    "among_themselves",
     "blended",
     "determined",
     "jump_columns",
@@ -140,6 +141,11 @@ class RecordingFilter:
         before = irfft(rfft(noise, size) / np.maximum(share, _LET_THROUGH), size)
         return np.asarray(before[: noise.size])
 
+    @property
+    def remembered(self) -> int:
+        """How many coefficients what it remembers of the time before the recording has."""
+        return self.memory(1).shape[1]
+
     def memory(self, samples: int, another: Complexes | float = 1.0) -> Array:
         """Responses to the time before the recording, shape (samples, p): any multiples of these.
 
@@ -192,6 +198,12 @@ class Through:
     def _behind(self, response: NDArray[Any]) -> Array:
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])
+
+
+def among_themselves(filters: Sequence[tuple[float, RecordingFilter]]) -> list[tuple[float, RecordingFilter]]:
+    """Some of all filters that may be, with their probabilities among themselves."""
+    total = sum(share for share, _ in filters)
+    return [(share / total, each) for share, each in filters]
 
 
 def blended(filters: Sequence[tuple[float, RecordingFilter]], read: Array) -> RecordingFilter:

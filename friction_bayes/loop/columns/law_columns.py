@@ -239,13 +239,18 @@ class LawColumns:
         """Columns that the sensor reads, as recorded, shape (n, p)."""
         return shown if self.filter is None else Through(shown)(self.filter)
 
+    @property
+    def moved(self) -> Mask:
+        """Which columns, shape (p,), go through a filter: those that are of the motion, not the recording."""
+        recorded = [c.of_recording or c.effect in SENSOR_ZERO or c.line is not None for c in self.columns]
+        return ~np.array(recorded)
+
     def behind(self, filter_: RecordingFilter) -> LawColumns:
         """The same after a filter, except lines, the zero of the recording and corners of any shape.
 
         With what the filter has of the time outside the record, and its doubts.
         """
-        recorded = [c.of_recording or c.effect in SENSOR_ZERO or c.line is not None for c in self.columns]
-        moved = np.flatnonzero(~np.array(recorded))
+        moved = np.flatnonzero(self.moved)
         behind = replace(self, filter=filter_)
         shown, sensor = (
             behind.recorded(np.column_stack([self.sensor[:, moved], self.known])),

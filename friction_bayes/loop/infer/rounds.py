@@ -21,7 +21,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import filters_along
 from friction_bayes.estimators.noise.high_passes import MotionBehind, likely_high_passes
 from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, among_themselves, blended
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
@@ -287,16 +287,26 @@ class Round:
             return None
         return self._again(replace(self.whole, free_corners=True), near=None, motion_without_force=False)
 
-    def behind_filter(self) -> Round | None:
-        """The same law behind the filter that the record went through; None without one."""
+    def behind_filters(self, *, high_passes: bool) -> list[Round]:
+        """The same law behind each filter that the record may have gone through: high passes, or one other.
+
+        None where there is none.
+        """
         segment, n = self.whole.segment, self.whole.samples
         bare = self._again(replace(self.whole, filter=None))
+        if bare is None or not bare.found.clock.even:
+            return []
         missing = (self.aside | segment.ignored[:n]) & ~segment.near_jumps[:n]
-        filter_ = None if bare is None else filter_of(bare.found, missing)
-        if filter_ is None:
-            return None
-        behind = replace(self.whole.behind(filter_), error=NO_ERROR)
-        return self._again(behind, near=None, motion_without_force=True)
+        signal = np.where(missing, np.nan, bare.found.regression.target + bare.found.law.known)
+        if high_passes:
+            # those of the filter come last
+            known = None if self.whole.filter is None else self._law[: bare.found.law.scale.size] != 0.0
+            filters = _high_passes_of(bare.found, signal, known)
+        else:
+            filters = _filters_of(bare.found, signal)
+        behind = [replace(self.whole.behind(each), error=NO_ERROR) for each in filters]
+        found = [self._again(each, near=None, motion_without_force=True) for each in behind]
+        return [each for each in found if each is not None]
 
     def _again(
         self,
@@ -378,21 +388,32 @@ def _law_along(
     return whole, LawAlongMotion.of(whole.setting_aside(aside), motion, w0, lines, about=about)
 
 
-def filter_of(found: LawAlongMotion, missing: Mask) -> RecordingFilter | None:
-    """The mean of a record's probable filters, with their differences; None where none is as probable.
+def _filters_of(found: LawAlongMotion, signal: Array) -> list[RecordingFilter]:
+    """The mean of a record's probable filters, with their differences; none where there is rather none.
 
-    As :func:`friction_bayes.estimate` finds it (:mod:`friction_bayes.estimators.noise.high_passes` and
-    :mod:`friction_bayes.estimators.noise.filter_evidence`), along the motion of a law ``found`` as if there
-    were no filter, without the samples ``missing``. Forces other than friction are represented by a swing of
-    varying amplitude and phase: above the motion's frequency they are small next to the corners.
+    As :func:`friction_bayes.estimate` finds them (:mod:`friction_bayes.estimators.noise.filter_evidence`),
+    along the motion of a law ``found`` as if there were no filter. Forces other than friction are represented
+    by a swing of varying amplitude and phase: above the motion's frequency they are small next to the corners.
     """
-    law, clock, path = found.law, found.clock, found.path
-    if not clock.even:
-        return None
+    law, path = found.law, found.path
     plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
-    signal, friction = np.where(missing, np.nan, found.regression.target + law.known), len(law.always)
-    order = found.segment.order
-    filters = filters_along(path, order, signal, law.known, plain, friction)
+    filters = filters_along(path, found.segment.order, signal, law.known, plain, len(law.always))
     likely = filters.likely if filters.probability > 0.5 else []
-    likely = likely or likely_high_passes(MotionBehind(signal, law.known, plain[:, :-1], path.angle), order)
-    return blended(likely, law.read.values) if likely else None
+    return [blended(likely, law.read.values)] if likely else []
+
+
+def _high_passes_of(found: LawAlongMotion, signal: Array, acting: Mask | None) -> list[RecordingFilter]:
+    """The same of high passes (:mod:`friction_bayes.estimators.noise.high_passes`), one for each order.
+
+    They differ in what they remember, which a swing that varies may hide: where the columns of the law behind
+    one are known, the ``acting`` ones, shape (p,), take its place.
+    """
+    law, always = found.law, None
+    columns = law.sensor[:, [*law.always, law.dry_friction]]
+    if acting is not None:
+        columns, always = law.sensor[:, acting & law.moved], law.sensor[:, acting & ~law.moved].T
+    behind = MotionBehind(signal, law.known, columns, found.path.angle, always)
+    orders: dict[int, list[tuple[float, RecordingFilter]]] = {}
+    for each in likely_high_passes(behind, found.segment.order):
+        orders.setdefault(each[1].remembered, []).append(each)
+    return [blended(among_themselves(each), law.read.values) for each in orders.values()]

@@ -11,6 +11,8 @@ that moves along a curve, are compared with those that are reached without.
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 
 from friction_bayes.loop.columns.moving_record import MovingRecord
@@ -100,9 +102,12 @@ def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None
     with that again.
     """
     sought, best = filters and not latest.is_dry_friction_alone, latest
-    behind = _behind_filter(still, coulomb) if sought and still.whole.noise == "auto" else None
-    if behind is not None and not _holds_against(latest, behind):
-        best = behind
+    # a low pass is not hidden by a high pass of its drift
+    for high_passes in (False, True) if sought and still.whole.noise == "auto" else ():
+        behind = _behind_filter(still, coulomb, high_passes=high_passes)
+        if behind is not None and not _holds_against(latest, behind):
+            best = behind
+            break
     else:
         coloured = _coloured(still)
         if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
@@ -132,17 +137,17 @@ def _coloured(still: Round) -> Round | None:
     return _settled(still.in_its_colour())
 
 
-def _behind_filter(still: Round, coulomb: CoulombStart | None) -> Round | None:
+def _behind_filter(still: Round, coulomb: CoulombStart | None, *, high_passes: bool) -> Round | None:
     """The law behind the filter that a record went through; None without one.
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
     latest, best = Round.about_coulomb(still.whole, coulomb) or still, None
     for _ in range(_MOST_FILTERS):
-        behind = latest.behind_filter()
-        if behind is None or behind.whole.filter == latest.whole.filter:
+        behind = latest.behind_filters(high_passes=high_passes)
+        if latest.whole.filter in [each.whole.filter for each in behind]:
             break
-        settled = _settled(behind)
+        settled = reduce(_better, map(_settled, behind), None)
         if settled is None:
             break
         latest, best = settled, _better(best, settled)
