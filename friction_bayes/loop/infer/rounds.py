@@ -393,7 +393,7 @@ def _filters_of(found: LawAlongMotion, signal: Array) -> list[RecordingFilter]:
 
     As :func:`friction_bayes.estimate` finds them (:mod:`friction_bayes.estimators.noise.filter_evidence`),
     along the motion of a law ``found`` as if there were no filter. Forces other than friction are represented
-    by a swing of varying amplitude and phase: above the motion's frequency they are small next to the corners.
+    by a swing of varying amplitude and phase: above its frequency they are small next to the corners.
     """
     law, path = found.law, found.path
     plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
