@@ -268,10 +268,11 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
     friction = "there need be no dry friction" if may_be_none else f"dry friction is {of(uneven.coefficient)}"
     if uneven.probability < sum(UNEVEN_PRIOR.values()):
         # too little for the interval, and all that slight damping does to friction
-        return [
+        said = [
             f"{decay.name}: should more than dry friction act (probability {number(uneven.probability, 2)}), "
             f"{friction}"
         ]
+        return said if uneven.losses else []
     then += f" {friction}"
     if uneven.losses:
         reported = "and it is averaged over these and dry friction alone"
