@@ -25,7 +25,6 @@ __all__ = [
     "FilterKind",
     "RecordingFilter",
     "Through",
-    "among_themselves",
     "blended",
     "determined",
     "jump_columns",
@@ -200,19 +199,13 @@ class Through:
         return np.asarray(shown[:, self._added : self._added + self._n])
 
 
-def among_themselves(filters: Sequence[tuple[float, RecordingFilter]]) -> list[tuple[float, RecordingFilter]]:
-    """Some of all filters that may be, with their probabilities among themselves."""
-    total = sum(share for share, _ in filters)
-    return [(share / total, each) for share, each in filters]
-
-
 def blended(filters: Sequence[tuple[float, RecordingFilter]], read: Array) -> RecordingFilter:
     """The mean of filters that a record may have gone through, in doubt as they differ.
 
     Parameters
     ----------
     filters : sequence of (float, RecordingFilter)
-        With their probabilities among themselves. The first, the most probable, lends its name and memory.
+        With their probabilities, or some of these. The first, the most probable, lends its name and memory.
     read : ndarray, shape (n,)
         The motion as the sensor reads it: doubts are the principal components of its differences.
 
@@ -221,6 +214,8 @@ def blended(filters: Sequence[tuple[float, RecordingFilter]], read: Array) -> Re
     RecordingFilter
         As probable beforehand as all filters that are about as probable as the first.
     """
+    total = sum(share for share, _ in filters)
+    filters = [(share / total, each) for share, each in filters]
     first, shares = filters[0][1], np.array([share for share, _ in filters])
     own = [(share, doubt) for share, each in filters for doubt in each.doubts]
     if len(filters) == 1 and not own:

@@ -21,7 +21,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import filters_along
 from friction_bayes.estimators.noise.high_passes import MotionBehind, likely_high_passes
 from friction_bayes.estimators.noise.noise_level import noise_floor, sensor_noise
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, among_themselves, blended
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, blended
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
@@ -416,4 +416,4 @@ def _high_passes_of(found: LawAlongMotion, signal: Array, acting: Mask | None) -
     orders: dict[int, list[tuple[float, RecordingFilter]]] = {}
     for each in likely_high_passes(behind, found.segment.order):
         orders.setdefault(each[1].remembered, []).append(each)
-    return [blended(among_themselves(each), law.read.values) for each in orders.values()]
+    return [blended(each, law.read.values) for each in orders.values()]
