@@ -293,45 +293,14 @@ def evaluate_bounded(
     highest = np.array([bound.argmax()])
     if bound[highest[0]] < best - _NEGLIGIBLE:
         return bounds._replace(log_weight=log_weight)
-    best = _evaluate_some(regression, sets, highest, bounds, best, log_weight)
+    sets = _read_only(sets)
+    best = _evaluate_sets(regression, sets, highest, bounds, best, log_weight)
     # few are left to sort once one is known
     others = np.flatnonzero(bound >= best - _NEGLIGIBLE)
     others = others[others != highest]
     if others.size > 0:
-        _evaluate_some(regression, sets, others[np.argsort(-bound[others])], bounds, best, log_weight)
+        _evaluate_sets(regression, sets, others[np.argsort(-bound[others])], bounds, best, log_weight)
     return bounds._replace(log_weight=log_weight)
-
-
-def _evaluate_some(
-    regression: _Regression, sets: Mask, rows: Indices, bounds: SetEvidences, best: float, log_weight: Array
-) -> float:
-    """Fill the log weights of some sets, ``rows`` in the order of falling bounds; returns the best.
-
-    What all of them have is eliminated once, but for columns whose coefficients have to be positive.
-    """
-    some, own = sets[rows], log_weight[rows]
-    always = some.all(axis=0) & ~regression.positive
-    evidences = SetEvidences(bounds.log_weight[rows], bounds.noise2[rows], bounds.full_noise2)
-    try:
-        regression = _eliminated(regression, always, bounds.full_noise2)
-    except np.linalg.LinAlgError:
-        # of columns that are the same to rounding, which the kernel bears, none is eliminated
-        always[:] = False
-    best = _evaluate_sets(regression, np.ascontiguousarray(some[:, ~always]), evidences, best, own)
-    log_weight[rows] = own
-    return best
-
-
-def _eliminated(regression: _Regression, always: Mask, lam: float) -> _Regression:
-    """The regression without columns that every set has, integrated out under their priors."""
-    gram, reference = regression.gram, regression.reference
-    out, rest = np.flatnonzero(always), np.flatnonzero(np.append(~always, True))
-    left = gram[np.ix_(rest, rest)]
-    if out.size > 0:
-        across = gram[np.ix_(out, rest)]
-        across[:, -1] -= lam * reference[out]
-        left -= across.T @ solved(gram[np.ix_(out, out)] + lam * np.eye(out.size), across)
-    return regression._replace(gram=left, reference=reference[~always], positive=regression.positive[~always])
 
 
 @njit(**KERNEL)
@@ -459,14 +428,54 @@ def _penalised(
     return size
 
 
+@njit(**INNER)
+def _without_shared(regression: _Regression, sets: Mask, rows: Indices, lam: float) -> tuple[Array, Indices]:
+    """Sums without columns that all ``rows`` have, integrated out under their priors; and the columns left.
+
+    Those whose coefficients have to be positive stay, and those that are others to rounding.
+    """
+    p = regression.reference.size
+    left = regression.gram.copy()
+    kept, size = np.empty(p + 1, np.int64), ZERO
+    for j in range(p):
+        shared = not regression.positive[j]
+        for s in rows:
+            if not sets[s, j]:
+                shared = False
+                break
+        pivot = left[j, j] + lam
+        if not shared or pivot <= 0.0:
+            kept[size] = j
+            size += 1
+            continue
+        left[j, p] -= lam * regression.reference[j]
+        for a in range(p + 1):
+            share = (left[j, p] if a == p else left[j, a]) / pivot
+            if a != j and share != 0.0:
+                for b in range(p + 1):
+                    left[a, b] -= share * left[j, b]
+    kept[size] = p
+    some = np.empty((size + 1, size + 1))
+    for a in range(size + 1):
+        for b in range(size + 1):
+            some[a, b] = left[kept[a], kept[b]]
+    return some, kept[:size]
+
+
 @njit(**KERNEL)
 def _evaluate_sets(
-    regression: _Regression, sets: Mask, bounds: SetEvidences, best: float, log_weight: Array
+    regression: _Regression, sets: Mask, rows: Indices, bounds: SetEvidences, best: float, log_weight: Array
 ) -> float:
-    """Fill log weights, bounds and the mass of positive coefficients, by falling bounds; returns the best."""
-    gram, reference, positive = regression.gram, regression.reference, regression.positive
+    """Fill the log weights of some sets, ``rows`` in the order of falling bounds; returns the best.
+
+    From bounds and the mass of positive coefficients.
+    """
     bound, noise2, lam = bounds
-    p = reference.size
+    gram, kept = _without_shared(regression, sets, rows, lam)
+    p = kept.size
+    reference, positive, inside = np.empty(p), np.empty(p, np.bool_), np.empty(p, np.bool_)
+    for a in range(p):
+        reference[a], positive[a] = regression.reference[kept[a]], regression.positive[kept[a]]
     work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
     index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
     root, mean, cov = np.empty((p, p)), np.empty(p), np.empty((p, p))
@@ -479,10 +488,12 @@ def _evaluate_sets(
     for a in range(p):
         every[a] = a
     # the mass is at most one: it is computed where it matters
-    for s in range(len(sets)):
+    for s in rows:
         if bound[s] < best - _NEGLIGIBLE:
             break
-        size = _penalised(gram, lam, reference, sets[s], index, work, rhs, back)
+        for a in range(p):
+            inside[a] = sets[s, kept[a]]
+        size = _penalised(gram, lam, reference, inside, index, work, rhs, back)
         factor(work, size)
         forward(work, rhs, size, half)
         some = ZERO
