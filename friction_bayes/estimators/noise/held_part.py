@@ -1,10 +1,12 @@
 r"""Whether something held the mass at the start or the end of a record, as a hand does: by some half cycles.
 
 Two hypotheses explain these. The decay was free: they have the probability of the whole record under all
-accounts of its residual, over that of the rest under the same. Or it was not, and whatever held the mass made
+accounts of its residual, over that of the rest under the same. Or it was not: whatever held the mass made
 them a smooth curve (:mod:`friction_bayes.estimators.noise.smooth_curve`) in the noise of the rest, which has
 to be white: a colour, or a floor, is taken from the samples, and is another one where there are fewer. The
-curve may break where something takes hold or lets go, and as often as the mass turns.
+curve may break where something takes hold or lets go, and as often as the mass turns. Or what touched a mass
+that went on moving was a random force of that part alone: then they have the probability of the whole record
+with one over that of the rest with one.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ from friction_bayes.estimators.noise.smooth_curve import (
 )
 
 __all__ = ["log_odds_of_hold"]
+
+_LEAST = 1e-300
 
 
 def log_odds_of_hold(
@@ -66,7 +70,13 @@ def log_odds_of_hold(
     time, signal = time[held], signal[held]
     place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     by_curve = log_density_of_curve(place, signal / noise, amplitude / noise, degrees, breaks=half_cycles + 1)
-    return LOG_ODDS_NOT_FREE + by_curve - free
+    by_force = free + _log_share_with_force(whole) - _log_share_with_force(rest)
+    return LOG_ODDS_NOT_FREE + float(np.logaddexp(by_curve, by_force)) - math.log(2.0) - free
+
+
+def _log_share_with_force(accounts: Sequence[NoiseAccount]) -> float:
+    """Log probability of a random force among accounts of a record."""
+    return math.log(max(total_probability(each for each in accounts if each.forced), _LEAST))
 
 
 def _log_density(accounts: Sequence[NoiseAccount], unit: float) -> float:

@@ -85,25 +85,33 @@ def free_part(
 
 
 def _later(whole: FreePart, fit_of: Callable[[FreeDecay], Fit], half_cycles: int) -> FreePart | None:
-    """What is left some half cycles later, if something rather held the mass in them."""
+    """What is left some half cycles later, if something rather held the mass in them.
+
+    Behind a filter only what white noise explains: it shapes the rest too, and the start may be what it makes
+    of it. Then, and where several are suspected, more may have been held than are removed first.
+    """
     if not whole.accounts.behind_none or whole.white:
         return None
     decay = whole.decay
-    for _ in range(half_cycles):
+    for removed in range(1, max(half_cycles, _MOST_LATER) + 1):
         decay = decay.half_a_cycle_later()
-    try:
-        rest = FreePart.of(decay, fit_of(decay))
-    except InputError:
-        # what is left once the start is gone is no decay: the start is what was measured
-        return None
-    after = rest.accounts.behind_none
-    until = decay.start_time - 0.5 * decay.step - whole.decay.start_time
-    if not after or log_odds_of_hold(whole.accounts.behind_none, after, until, half_cycles) < 0.0:
-        return None
-    # a filter shapes the rest too, and the start may be what it makes of it
-    if not rest.white and (whole.behind_filter or rest.behind_filter):
-        return None
-    return rest
+        if removed < half_cycles:
+            continue
+        try:
+            rest = FreePart.of(decay, fit_of(decay))
+        except InputError:
+            # what is left once the start is gone is no decay: the start is what was measured
+            return None
+        after = rest.accounts.behind_none
+        until = decay.start_time - 0.5 * decay.step - whole.decay.start_time
+        if not after:
+            return None
+        held = log_odds_of_hold(whole.accounts.behind_none, after, until, removed) > 0.0
+        if held and (rest.white or not (whole.behind_filter or rest.behind_filter)):
+            return rest
+        if not held and half_cycles == 1:
+            return None
+    return None
 
 
 def _earlier(whole: FreePart, fit_of: Callable[[FreeDecay], Fit]) -> FreePart | None:
