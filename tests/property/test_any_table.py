@@ -75,6 +75,7 @@ def tables(draw: st.DrawFn) -> str:
 @example(content=BURSTS, options={})
 @example(content=TIMED, options={})
 @example(content="time_s,displacement_m\n", options={"start": 1.0})
+@example(content="time_s\n0\n0.1\n0.2\n0.3\n", options={"unit": "m", "signal_column": 0})
 def test_reading_ends_in_a_record_or_an_input_error(tmp_path, content: str, options: dict) -> None:
     path = tmp_path / "record.csv"
     path.write_text(content, encoding="utf-8", newline="")

@@ -121,6 +121,12 @@ def record_from_table(
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
         clock = f"at the given {sampling_rate:g} Hz"
     elif clock_name is not None and (time_column is not None or column.clock is None):
+        if clock_name == signal_name:
+            raise InputError(
+                place,
+                f"column {signal_name!r} is named as the signal and holds the times",
+                "name the column of the signal, or give --time-column or --sampling-rate",
+            )
         time = times_of(column, table, place, clock_name)
         time_unit = _time_unit(place, clock_name, table.columns[clock_name])
         clock = f"over {_named_clock(place, clock_name, table.columns[clock_name])}"
@@ -150,7 +156,9 @@ def record_from_table(
     validate_record(record, rows=rows, time_unit=time_unit)
     if signal_column is not None:
         taken = slice(None) if duplicates is not None else kept
-        signals = Table({name: each for name, each in table.columns.items() if name != clock_name})
+        signals = Table(
+            {name: each for name, each in table.columns.items() if name == signal_name or name != clock_name}
+        )
         _warn_of_axes_that_move_more(signals, chosen, signal_name, kind, taken)
     return record
 

@@ -121,6 +121,16 @@ def test_options_tell_what_names_do_not(tmp_path) -> None:
     assert by_name.attrs["name"] == "mine"
 
 
+def test_a_column_of_times_is_no_signal_unless_they_are_given_otherwise(tmp_path) -> None:
+    path = save(tmp_path, ROWS, "time_s,displacement_m")
+    with pytest.raises(
+        InputError, match="'time_s' is named as the signal and holds the times; name the column"
+    ):
+        read_record(path, signal_column="time_s", unit="m")
+    as_signal = read_record(path, signal_column="time_s", unit="m", sampling_rate=RATE)
+    np.testing.assert_allclose(as_signal.values, TIME)
+
+
 def test_a_quantity_without_unit_is_not_taken_for_si(tmp_path) -> None:
     with pytest.raises(InputError, match="column 'x' does not say its unit; give unit, one of m, cm, mm"):
         read_record(save(tmp_path, ROWS, "time_s,x"), quantity="displacement")
