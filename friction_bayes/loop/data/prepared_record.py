@@ -129,8 +129,9 @@ class Segment:
             notes += (f"{self.decay.name}: {self.decay.both_frequencies(self.decay.frequency)}: {far}",)
         if self.held:
             notes += (
-                f"{self.decay.name}: held or touched at first, or a sensor was settling: the {self.held * self.block} "
-                f"samples before the release, until {self.decay.start_time:.4g} s, are left out",
+                f"{self.decay.name}: held or touched at first, or a sensor was settling: the "
+                f"{self.held * self.block} samples before the release, until {self.decay.start_time:.4g} s, "
+                "are left out",
             )
         if self.block > 1:
             notes += (

@@ -88,7 +88,7 @@ def test_a_large_first_loss_is_a_hand_where_nothing_like_it_comes_later(
 def test_what_removing_half_a_cycle_does_not_explain_removing_more_may(
     entropy: tuple[int, int], number: int, until: float
 ) -> None:
-    """Of the first record two half cycles are suspected and three are the hand's; the other begins under it."""
+    """Of the first, two half cycles are suspected and three are the hand's; the other begins under it."""
     rng = np.random.default_rng(np.random.SeedSequence(entropy))
     held_at_first = RECIPES["hand at the start"](rng, number)
     record = fb.make_record(held_at_first.times, held_at_first.values, held_at_first.quantity)
