@@ -15,26 +15,46 @@ from friction_bayes.core.checks import probability
 __all__ = ["FrozenDistribution", "bisected"]
 
 _STEPS = 200
-"""Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
+"""Parts of a bracket taken away; a dozen are enough unless a quantile lies close to zero or in a step."""
 
 
-def bisected(low: Array, high: Array, reached: Callable[[Array], Array]) -> Array:
-    """The least values that are large enough, shape (m,), by halving brackets.
+def crossed(low: Array, high: Array, beyond: Callable[[Array], Array]) -> Array:
+    """The least values at which functions that never fall are not negative, by narrowing brackets.
+
+    By inverse quadratic interpolation where that is safe, else by halving (Chandrupatla 1997).
 
     Parameters
     ----------
     low, high : ndarray, shape (m,)
-        Ends of the brackets.
-    reached : callable, (m,) -> (m,)
-        Whether values are large enough; if one is, larger ones are.
+        Ends of the brackets, at which the functions are taken to be negative and not.
+    beyond : callable, (m,) -> (m,)
+        The functions.
     """
+    # the newest end, the other one, and the one before the newest, with the functions there
+    x, other = np.asarray(high, dtype=np.float64), np.asarray(low, dtype=np.float64)
+    at, at_other = beyond(x), beyond(other)
+    before, at_before, part = other, at_other, np.full(x.shape, 0.5)
+    reached = np.ones(x.shape, dtype=np.bool_)
     for _ in range(_STEPS):
-        middle = 0.5 * (low + high)
-        if np.all((middle == low) | (middle == high) | ~np.isfinite(middle)):
+        width = other - x
+        nearest = 2.0 * np.spacing(np.maximum(np.abs(x), np.abs(other)))
+        if not np.any(np.abs(width) > nearest):
             break
-        beyond = reached(middle)
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return high
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.clip(part, nearest / np.abs(width), 1.0 - nearest / np.abs(width))
+            trial = x + np.where(np.abs(width) > nearest, part, 0.0) * width
+            at_trial = beyond(trial)
+            same = (at_trial >= 0.0) == reached
+            before, at_before = np.where(same, x, other), np.where(same, at, at_other)
+            other, at_other = np.where(same, other, x), np.where(same, at_other, at)
+            x, at, reached = trial, at_trial, at_trial >= 0.0
+            place, level = (x - other) / (before - other), (at - at_other) / (at_before - at_other)
+            part = at / (at_other - at) * at_before / (at_other - at_before) + (before - x) / (other - x) * (
+                at / (at_before - at) * at_other / (at_before - at_other)
+            )
+            safe = (level**2 < place) & ((1.0 - level) ** 2 < 1.0 - place)
+            part = np.where(safe & np.isfinite(part), part, 0.5)
+    return np.where(reached, x, other)
 
 
 class FrozenDistribution(ABC):

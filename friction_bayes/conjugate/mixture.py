@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import log_ndtr, logsumexp, ndtr, ndtri, ndtri_exp, stdtr, stdtrit
 
-from friction_bayes.conjugate.frozen import FrozenDistribution, bisected
+from friction_bayes.conjugate.frozen import FrozenDistribution, crossed
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 
@@ -160,7 +160,10 @@ class Mixture(FrozenDistribution):
         """Of the parts."""
         if self.positive:
             return np.asarray(self.scale**2 * self._moments_above[1])
-        return np.asarray(stats.t(self.degrees, scale=self.scale).var())
+        # infinite up to two degrees of freedom, and up to one there is none
+        finite = np.where(self.degrees > 2.0, self.degrees, np.inf)
+        others = np.where(self.degrees > 1.0, np.inf, np.nan)
+        return np.where(self.degrees > 2.0, self.scale**2 * (1.0 + 2.0 / (finite - 2.0)), others)
 
     def cdf(self, x: ArrayLike) -> Any:
         """Cumulative probability."""
@@ -244,11 +247,12 @@ class Mixture(FrozenDistribution):
         return (each @ self.weight + self.atom * beyond_atom)[()]
 
     def _solve(self, q: ArrayLike, *, upper: bool) -> Any:
-        """Invert a monotone probability by bisection: a mixture may be flat between its parts."""
+        """Invert a monotone probability: a mixture may be flat between its parts."""
         target = np.atleast_1d(np.asarray(q, dtype=np.float64))
         inside = (target > 0.0) & (target < 1.0)
         p = np.where(inside, target, 0.5)
-        high = bisected(*self._bracket(p, upper), lambda x: self.sf(x) <= p if upper else self.cdf(x) >= p)
+        beyond = (lambda x: p - self.sf(x)) if upper else (lambda x: self.cdf(x) - p)
+        high = crossed(*self._bracket(p, upper), beyond)
         if self.atom > 0.0:
             # an atom is met exactly, not to the last halving
             at = (self.sf(0.0) <= p) if upper else (self.cdf(0.0) >= p)

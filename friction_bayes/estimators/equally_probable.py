@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 
-from friction_bayes.conjugate.frozen import FrozenDistribution, bisected
+from friction_bayes.conjugate.frozen import FrozenDistribution, crossed
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 
@@ -63,11 +63,11 @@ class EquallyProbable(FrozenDistribution):
 
     def ppf(self, q: ArrayLike) -> Any:
         """Quantile: ``x`` with ``cdf(x) = q``."""
-        return self._solve(q, "ppf", lambda x, q: self.cdf(x) >= q)
+        return self._solve(q, "ppf", lambda x, q: self.cdf(x) - q)
 
     def isf(self, q: ArrayLike) -> Any:
         """Upper quantile: ``x`` with ``sf(x) = q``."""
-        return self._solve(q, "isf", lambda x, q: self.sf(x) <= q)
+        return self._solve(q, "isf", lambda x, q: q - self.sf(x))
 
     def mean(self) -> Any:
         """Mean."""
@@ -90,8 +90,8 @@ class EquallyProbable(FrozenDistribution):
         draws = [part.rvs(size, random_state=random_state) for part in self.parts]
         return np.choose(random_state.integers(len(draws), size=size), draws)
 
-    def _solve(self, q: ArrayLike, quantile: str, reached: Callable[[Array, Array], Array]) -> Any:
-        """Invert a monotone probability by bisection between the quantiles of the parts."""
+    def _solve(self, q: ArrayLike, quantile: str, beyond: Callable[[Array, Array], Array]) -> Any:
+        """Invert a monotone probability between the quantiles of the parts."""
         ends = np.array([getattr(part, quantile)(q) for part in self.parts])
         p = np.asarray(q, dtype=np.float64)
-        return bisected(ends.min(axis=0), ends.max(axis=0), lambda x: reached(x, p))[()]
+        return crossed(ends.min(axis=0), ends.max(axis=0), lambda x: beyond(x, p))[()]

@@ -44,13 +44,15 @@ def held_readings(values: ArrayLike) -> Mask:
         None where too few repeat to be certain.
     """
     signal = np.asarray(values, dtype=np.float64)
+    changes = np.abs(np.diff(signal))
+    if signal.size - 1 - np.count_nonzero(changes > 0.0) < _FEWEST:
+        return np.zeros(signal.size, dtype=np.bool_)
     # at an end of its range a sensor repeats what it cannot show
     rounding = ROUNDING * np.ptp(signal)
     inside = (signal < signal.max() - rounding) & (signal > signal.min() + rounding)
     if not inside.any():
         return inside
     step = least_step(signal[inside])
-    changes = np.abs(np.diff(signal))
     starts = np.append(0, np.flatnonzero(changes > 0.0) + 1)
     lengths = np.diff(np.append(starts, signal.size))
     left = np.append(changes[starts[1:] - 1] > _JUMP * step, False)

@@ -43,11 +43,17 @@ def joined_readings(values: ArrayLike) -> Mask:
     signal = np.asarray(values, dtype=np.float64)
     between = np.zeros(signal.size, dtype=np.bool_)
     bend = np.abs(np.diff(signal, 2))
+    few = bend[:_LOOKED_AT]
+    if few.size < 2 * _FEWEST:
+        return between
+    # at most half of the samples are readings
+    least = float(np.quantile(few, 0.45))
+    straight = least <= _STRAIGHT * few.max()
+    if not straight and _printed_finer(signal, least):
+        return between
     # the sum of three roundings, one of them twice
     printed = (2.0 + ROUNDING) * (quantisation_step(signal) or 0.0)
-    few = bend[:_LOOKED_AT]
-    # at most half of the samples are readings
-    if few.size < 2 * _FEWEST or not np.quantile(few, 0.45) <= max(_STRAIGHT * few.max(), printed):
+    if not (straight or least <= printed):
         return between
     for length in range(2, min(_LONGEST, few.size // _FEWEST) + 1):
         place = _place_of_bends(few, length, printed)
@@ -57,6 +63,16 @@ def joined_readings(values: ArrayLike) -> Mask:
             between[(place + 1) % length :: length] = False
             return between
     return between
+
+
+def _printed_finer(signal: Array, bend: float) -> bool:
+    """Whether printed digits surely make no such bend, as two values are too near each other.
+
+    A step is at most 2.25 times the least gap between values, rounding aside, and a bend has two.
+    """
+    gaps = np.diff(np.sort(signal[:_LOOKED_AT]))
+    rounding = signal.size * ROUNDING * np.ptp(signal)
+    return bool(np.any((gaps > rounding) & (4.6 * gaps < bend)))
 
 
 def _place_of_bends(bend: Array, length: int, printed: float) -> int | None:
