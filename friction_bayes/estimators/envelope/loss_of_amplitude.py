@@ -21,11 +21,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp, softmax
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL, njit
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
 from friction_bayes.decay.sensor_calibration import swing_frequency
@@ -122,19 +121,33 @@ def uneven_loss(decay: FreeDecay) -> UnevenLoss | None:
     if none is None or len(found) < len(given):
         return None
     prior = np.array([1.0 - sum(UNEVEN_PRIOR.values()), *UNEVEN_PRIOR.values()])
-    share = softmax([each.log_evidence for each in (none, *found)] + np.log(prior))
-    damping = share[1:] @ [each.last.mean() for each in found]
+    log_share = np.array([each.log_evidence for each in (none, *found)]) + np.log(prior)
+    share = np.exp(log_share - log_share.max())
+    share /= share.sum()
+    damping = share[1:] @ [each.means[-1] for each in found]
     coefficient = Mixture.of([each.coefficient for each in found], share[1:] / share[1:].sum())
     return UnevenLoss(float(share[1:].sum()), bool(damping > 0.0), coefficient)
 
 
 class _Regressed(NamedTuple):
-    """Log evidence, first amplitude, and distributions of the friction coefficient and of the last one."""
+    """Log evidence, weights of the walks, and Student t of all coefficients, shape (walks, p), given each."""
 
     log_evidence: float
-    start: float
-    coefficient: Mixture
-    last: Mixture
+    weight: Array
+    location: Array
+    scale: Array
+    freedom: int
+
+    @property
+    def means(self) -> Array:
+        """Of the coefficients."""
+        return np.asarray(self.weight @ self.location)
+
+    @property
+    def coefficient(self) -> Mixture:
+        """Distribution of the friction coefficient."""
+        degrees = np.full(self.weight.size, float(self.freedom))
+        return Mixture(self.weight, self.location[:, _FRICTION], self.scale[:, _FRICTION], degrees)
 
 
 class _Amplitudes(NamedTuple):
@@ -192,7 +205,8 @@ def _law(decay: FreeDecay, *, damped: bool) -> _Law | None:
         if amplitudes is None or found is None:
             return None
         last = np.count_nonzero(moving[:size])
-        fitted = found.start + ratio * found.coefficient.mean() - damped * found.last.mean() * lost
+        start, friction, share_lost = found.means[[_AMPLITUDE, _FRICTION, -1]]
+        fitted = start + ratio * friction - damped * share_lost * lost
         law = _Law(amplitudes, found, fitted[:last], lost[:last])
     return law
 
@@ -212,9 +226,32 @@ def _amplitudes(response: Array, design: Array, exact: float) -> _Amplitudes | N
     return _Amplitudes(_triangular(white), log_prior - 0.5 * log_determinant, response.size, least)
 
 
+@njit(**KERNEL)
 def _triangular(rows: Array) -> Array:
-    """Triangular factors of stacked rows, shape (walks, n, p)."""
-    return np.asarray(np.linalg.qr(rows, mode="r"))
+    """Triangular factors of stacked rows, shape (walks, n, p), by modified Gram-Schmidt."""
+    walks, n, p = rows.shape
+    upper, column = np.zeros((walks, p, p)), np.empty((p, n))
+    for i in range(walks):
+        for k in range(n):
+            for j in range(p):
+                column[j, k] = rows[i, k, j]
+        for j in range(p):
+            own = column[j]
+            upper[i, j, j] = math.sqrt(_product(own, own))
+            for other in range(j + 1 if upper[i, j, j] > 0.0 else p, p):
+                share = _product(own, column[other]) / upper[i, j, j] ** 2
+                upper[i, j, other] = share * upper[i, j, j]
+                for k in range(n):
+                    column[other, k] -= share * own[k]
+    return upper
+
+
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def _product(one: Array, other: Array) -> float:
+    total = 0.0
+    for k in range(one.size):
+        total += one[k] * other[k]
+    return total
 
 
 def _regressed(amplitudes: _Amplitudes, *, prior_sd: float | None = None) -> _Regressed | None:
@@ -231,24 +268,45 @@ def _regressed(amplitudes: _Amplitudes, *, prior_sd: float | None = None) -> _Re
         upper = _triangular(np.concatenate([upper, precision], axis=1))
         log_weight = log_weight + np.log(precision[:, 0, -2])
         freedom += 1
-    own, right = upper[:, :-1, :-1], upper[:, :-1, -1:]
     rest = np.maximum(upper[:, -1, -1] ** 2, least)
-    diagonal = np.abs(np.diagonal(own, axis1=1, axis2=2))
-    # each by its own column: one is in the unit of the signal
-    if np.any(diagonal <= 1e-12 * np.linalg.norm(own, axis=1)):
+    location, scale, log_determinant = _coefficients(upper)
+    if not np.all(np.isfinite(log_determinant)):
         return None
-    inverse = np.linalg.inv(own)
-    location = (inverse @ right)[:, :, 0]
-    scale = np.sqrt(rest / freedom)[:, None] * np.linalg.norm(inverse, axis=2)
-    log_weight = log_weight - 0.5 * freedom * np.log(rest) - np.log(diagonal).sum(axis=1)
-    log_evidence = float(logsumexp(log_weight))
-    weight = np.exp(log_weight - log_evidence)
+    log_weight = log_weight - 0.5 * freedom * np.log(rest) - log_determinant
+    weight = np.exp(log_weight - log_weight.max())
+    log_evidence = float(log_weight.max()) + math.log(weight.sum())
+    scale *= np.sqrt(rest / freedom)[:, None]
+    return _Regressed(log_evidence, weight / weight.sum(), location, scale, freedom)
 
-    def marginal(k: int) -> Mixture:
-        return Mixture(weight, location[:, k], scale[:, k], np.full(weight.size, float(freedom)))
 
-    start = float(weight @ location[:, _AMPLITUDE])
-    return _Regressed(log_evidence, start, marginal(_FRICTION), marginal(-1))
+@njit(**KERNEL)
+def _coefficients(upper: Array) -> tuple[Array, Array, Array]:
+    """Coefficients by triangular factors, shape (walks, p + 1, p + 1), their sds at noise of one, and the log
+    determinants of the first p columns; infinite where these are not independent.
+    """
+    walks, p = upper.shape[0], upper.shape[1] - 1
+    location, scale, log_determinant = np.zeros((walks, p)), np.zeros((walks, p)), np.zeros(walks)
+    row = np.empty(p)
+    for i in range(walks):
+        own = upper[i]
+        for k in range(p):
+            length = 0.0
+            for j in range(k + 1):
+                length += own[j, k] ** 2
+            # each by its own column: one is in the unit of the signal
+            independent = own[k, k] > 1e-12 * math.sqrt(length)
+            log_determinant[i] += math.log(own[k, k]) if independent else math.inf
+        for k in range(p if log_determinant[i] < math.inf else 0):
+            # row k of the inverse
+            for j in range(k, p):
+                row[j] = 1.0 if j == k else 0.0
+                for m in range(k, j):
+                    row[j] -= row[m] * own[m, j]
+                row[j] /= own[j, j]
+                location[i, k] += row[j] * own[j, p]
+                scale[i, k] += row[j] ** 2
+            scale[i, k] = math.sqrt(scale[i, k])
+    return location, scale, log_determinant
 
 
 @njit(**KERNEL)
