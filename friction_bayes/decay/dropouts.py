@@ -28,7 +28,7 @@ from friction_bayes.records.held_readings import least_step
 from friction_bayes.records.quantisation import ROUNDING
 from friction_bayes.records.record import record_name, with_values
 
-__all__ = ["has_repeats", "set_dropouts_aside", "without_dropouts"]
+__all__ = ["set_dropouts_aside", "without_dropouts"]
 
 _LONGEST = 15
 """Samples of one value that are looked at: more are a sensor that no longer measures."""
@@ -45,7 +45,7 @@ _QUANTILE = 0.9
 
 
 @njit(**KERNEL)
-def has_repeats(values: Array) -> bool:
+def _has_repeats(values: Array) -> bool:
     """Whether two neighbours of samples, shape (n,), are equal: without, there are no dropouts."""
     count = 0
     for i in range(values.size - 1):
@@ -72,7 +72,7 @@ def without_dropouts(values: Array, angle: float) -> tuple[Array, Indices]:
     """
     mended, dropped = values, np.zeros(values.size, np.bool_)
     # one may hide another next to it
-    while has_repeats(mended):
+    while _has_repeats(mended):
         filled = _fill(mended, angle)
         if not (filled != mended).any():
             break

@@ -45,6 +45,8 @@ class Extremes(NamedTuple):
     gap : ndarray
         Likewise the largest gap between straight lines through the samples on either side of an interval, see
         :mod:`friction_bayes.decay.leaps`.
+    repeats : ndarray of bool
+        Whether two neighbours are equal: without, there are no dropouts.
     flat : ndarray of bool
         Whether three neighbours are equal at an extreme. As many raise the question whether the sensor ends
         there, see :func:`friction_bayes.records.clipping.clipped_fraction`.
@@ -54,6 +56,7 @@ class Extremes(NamedTuple):
     high: Array
     widest: Array
     gap: Array
+    repeats: Mask
     flat: Mask
 
     @property
@@ -67,7 +70,7 @@ def extremes(values: Array) -> Extremes:
     """Extremes of records, shape (records, n), each read once."""
     count, n = values.shape
     low, high, widest = np.full(count, np.inf), np.full(count, -np.inf), np.zeros(count)
-    gap, flat = np.zeros(count), np.zeros(count, np.bool_)
+    gap, repeats, flat = np.zeros(count), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     lowest, highest = np.empty(_LANES), np.empty(_LANES)
     about = np.empty(_AT_A_TIME + _AHEAD, np.float32)
     ends = np.empty((n // _AT_A_TIME + 1, 2))
@@ -79,6 +82,7 @@ def extremes(values: Array) -> Extremes:
             bottom, top = _range(part, lowest, highest)
             low[r], high[r] = min(low[r], bottom), max(high[r], top)
             ends[begin // _AT_A_TIME, 0], ends[begin // _AT_A_TIME, 1] = bottom, top
+            repeats[r] |= _repeats(part[: _AT_A_TIME + 1])
             _fill_about_first(part, about)
             for at in range(0, part.size, _DISTANCES):
                 _widen(about[at : min(at + _DISTANCES + _AHEAD, part.size)], far, wide)
@@ -98,7 +102,7 @@ def extremes(values: Array) -> Extremes:
         for begin in range(0, n, _AT_A_TIME):
             if ends[begin // _AT_A_TIME, 0] <= bottom or ends[begin // _AT_A_TIME, 1] >= top:
                 flat[r] |= _flat(y[begin : begin + _AT_A_TIME + _AHEAD], bottom, top)
-    return Extremes(low, high, widest, gap, flat)
+    return Extremes(low, high, widest, gap, repeats, flat)
 
 
 @njit(**INNER)
@@ -128,6 +132,14 @@ def _zeros(y: Array) -> float:
     for i in range(y.size):
         total += 0.0 * y[i]
     return total
+
+
+@njit(**INNER)
+def _repeats(y: Array) -> bool:
+    count = 0
+    for i in range(y.size - 1):
+        count += y[i] == y[i + 1]
+    return count > 0
 
 
 @njit(**INNER)

@@ -22,7 +22,7 @@ from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.decay.dropouts import has_repeats, without_dropouts
+from friction_bayes.decay.dropouts import without_dropouts
 from friction_bayes.decay.excursions import excursions_possible, without_excursions
 from friction_bayes.decay.free_decay import FreeDecay, after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
@@ -503,8 +503,7 @@ def _going_on(values: Array, unit: str, seen: Extremes) -> tuple[Array, Mask]:
 
 def _set_aside(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask, dict[int, Indices]]:
     """Rows without dropouts and excursions, which those were in, and the dropouts' samples by row."""
-    # without repeats, which are sooner seen, there are no dropouts
-    repeating = [row for row in np.flatnonzero(seen.finite).tolist() if has_repeats(values[row])]
+    repeating = np.flatnonzero(seen.finite & seen.repeats).tolist()
     values, dropouts = _mended(values, repeating, partial(without_dropouts, angle=angle))
     possible = np.flatnonzero(excursions_possible(extremes(values) if dropouts else seen)).tolist()
     values, excursions = _mended(values, possible, partial(without_excursions, angle=angle))

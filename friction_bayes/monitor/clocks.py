@@ -196,6 +196,6 @@ class JumpClock:
         seen = len(self.after)
         jumps = np.unique(np.rint(np.logspace(0.0, math.log10(_MOST_JUMPS), 120)))
         needed = np.diff(life.cdf(jumps / seen), prepend=life.already)
-        later = (time - 1.0)[:, None]
-        come = betainc(jumps, seen + _RATE_SHAPE, later / (1.0 + later)) @ needed
+        later, some = (time - 1.0)[:, None], needed != 0.0
+        come = betainc(jumps[some], seen + _RATE_SHAPE, later / (1.0 + later)) @ needed[some]
         return np.asarray(life.already + (1.0 - _ONLY_ONE * (seen == 1)) * come)

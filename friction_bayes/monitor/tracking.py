@@ -13,7 +13,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from friction_bayes.core.arrays import Array
 
@@ -23,6 +22,7 @@ __all__ = ["DISCOUNTS", "Track", "choose_discount", "track"]
 DISCOUNTS = np.logspace(-8.0, 0.0, 161)
 """Discounts to choose from. At the smallest the past counts next to nothing: its standard deviation has
 grown ten thousandfold."""
+_LOG_TWO_PI = math.log(2.0 * math.pi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,8 @@ def track(friction: Array, sd: Array, discount: float = 1.0) -> Track:
         gain = prior_variance / (prior_variance + sd[i] ** 2)
         mean[i] = mean[i - 1] + gain * (friction[i] - mean[i - 1])
         spread[i] = sd[i] * math.sqrt(gain)
-    log_predictive = float(np.sum(stats.norm.logpdf(friction[1:], forecast[1:], forecast_sd[1:])))
+    missed = (friction[1:] - forecast[1:]) / forecast_sd[1:]
+    log_predictive = float(-np.sum(0.5 * (missed**2 + _LOG_TWO_PI) + np.log(forecast_sd[1:])))
     return Track(discount, mean, spread, forecast, forecast_sd, log_predictive)
 
 
