@@ -108,10 +108,12 @@ def fill_turns(first: float, angle: float, cosine: Array, sine: Array) -> None:
     c, s = math.cos(angle), math.sin(angle)
     known, count = 1, cosine.size
     while known < count:
-        for j in range(known, min(2 * known, count)):
-            before, across_before = cosine[j - known], sine[j - known]
-            cosine[j] = before * c - across_before * s
-            sine[j] = across_before * c + before * s
+        # slices, so that compilers take several at a time
+        before, across = cosine[:known], sine[:known]
+        after, across_after = cosine[known : 2 * known], sine[known : 2 * known]
+        for j in range(after.size):
+            after[j] = before[j] * c - across[j] * s
+            across_after[j] = across[j] * c + before[j] * s
         # twice the angle, of length one
         c, s = c * c - s * s, 2.0 * c * s
         kept = 1.5 - 0.5 * (c * c + s * s)
