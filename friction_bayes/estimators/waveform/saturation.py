@@ -137,6 +137,8 @@ def _gains(
         reach = np.zeros(half_cycles, dtype=np.bool_)
         flat, used = 0.0, 0
         for k in range(n):
+            if flat > _LIKE_NOISE**2 * n:
+                break
             beyond[k] = (upper and expected[k] > level) or (lower and -expected[k] > level)
             reach[half_cycle[k]] |= beyond[k]
             if beyond[k]:
