@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.kernels import KERNEL, njit
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL, njit
 
 __all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
 
@@ -108,7 +108,7 @@ def default_wear_prior(times: Array, friction: Array) -> WearPrior:
     return WearPrior(wander=_WANDER * size / span, scatter=_SCATTER * size)
 
 
-@njit(**KERNEL)
+@njit(**INNER)
 def _filter(
     times: Array, friction: Array, sd: Array, wander: Array, scatter: Array, prior: Array
 ) -> tuple[Array, Array]:
@@ -193,21 +193,7 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     # below this the standard deviations change next to nothing: the grid is linear there, logarithmic above
     blurred = np.array([1.0 / math.sqrt(float(times[-1] - times[0])), 1.0]) * _BLURRED * float(sd.min())
     scale = np.array([prior.wander, prior.scatter])
-    low, high = np.zeros(2), np.log1p(_REACH * scale / blurred)
-    nodes = [_NODES if each > 0.0 else 1 for each in scale]
-    for _ in range(_PASSES):
-        cell = (high - low) / nodes
-        axes = [
-            blurred[i] * np.expm1(low[i] + (np.arange(nodes[i]) + 0.5) * cell[i]) for i in range(scale.size)
-        ]
-        wander, scatter = np.repeat(axes[0], nodes[1]), np.tile(axes[1], nodes[0])
-        found, log_likelihood = _filter(times, friction, sd, wander, scatter, normal)
-        prior_mass = [_half_cauchy_mass(*each) for each in zip(axes, scale, blurred, cell, strict=True)]
-        density = log_likelihood + np.add.outer(*prior_mass).ravel()
-        weight = np.exp(density - density.max())
-        log_evidence = float(density.max() + math.log(weight.sum()))
-        kept = (weight > _KEPT).reshape(nodes)
-        low, high = np.array([_around(kept.any(axis=1 - i), low[i], high[i]) for i in range(2)]).T
+    wander, scatter, found, weight, log_evidence = _on_grid(times, friction, sd, normal, scale, blurred)
     chosen = weight > _KEPT
     weight = weight[chosen] / weight[chosen].sum()
     level, drift, level_variance, drift_variance, covariance = found[chosen].T
@@ -224,15 +210,34 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     )
 
 
-def _half_cauchy_mass(axis: Array, scale: float, blurred: float, cell: float) -> Array:
-    """Log-probability that the prior gives to a cell about each node, without a factor of 2/pi."""
-    if scale == 0.0:
-        return np.zeros(1)
-    return np.log((axis + blurred) * cell / scale) - np.log1p((axis / scale) ** 2)
+@njit(**KERNEL)
+def _on_grid(
+    times: Array, friction: Array, sd: Array, prior: Array, scale: Array, blurred: Array
+) -> tuple[Array, Array, Array, Array, float]:
+    """Nodes of the last grid, the posterior given each, its weight over the largest, and the log evidence.
 
-
-def _around(kept: Mask, low: float, high: float) -> tuple[float, float]:
-    """Range of the cells that were kept."""
-    cell = (high - low) / kept.size
-    first, last = np.flatnonzero(kept)[[0, -1]]
-    return low + first * cell, low + (last + 1) * cell
+    Half-Cauchy priors have these scales, less a factor of 2/pi a prior; one of zero has one node.
+    """
+    low, high, cell = np.zeros(2), np.log1p(_REACH * scale / blurred), np.zeros(2)
+    rows, columns = (_NODES if scale[0] > 0.0 else 1), (_NODES if scale[1] > 0.0 else 1)
+    nodes, axes, mass = rows * columns, np.zeros((2, _NODES)), np.zeros((2, _NODES))
+    wander, scatter, log_prior = np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    for _ in range(_PASSES):
+        for i, size in enumerate((rows, columns)):
+            cell[i] = (high[i] - low[i]) / size
+            for j in range(size):
+                axes[i, j] = blurred[i] * math.expm1(low[i] + (j + 0.5) * cell[i])
+                if scale[i] > 0.0:
+                    mass[i, j] = math.log((axes[i, j] + blurred[i]) * cell[i] / scale[i])
+                    mass[i, j] -= math.log1p((axes[i, j] / scale[i]) ** 2)
+        for k in range(nodes):
+            wander[k], scatter[k] = axes[0, k // columns], axes[1, k % columns]
+            log_prior[k] = mass[0, k // columns] + mass[1, k % columns]
+        found, log_likelihood = _filter(times, friction, sd, wander, scatter, prior)
+        density = log_likelihood + log_prior
+        weight = np.exp(density - density.max())
+        kept = np.flatnonzero(weight > _KEPT)
+        log_evidence = density.max() + math.log(weight.sum())
+        for i, place in enumerate((kept // columns, kept % columns)):
+            low[i], high[i] = low[i] + place.min() * cell[i], low[i] + (place.max() + 1) * cell[i]
+    return wander, scatter, found, weight, log_evidence
