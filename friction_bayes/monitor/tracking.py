@@ -63,19 +63,25 @@ def track(friction: Array, sd: Array, discount: float = 1.0) -> Track:
     -------
     Track
     """
-    n = friction.size
-    mean, spread = np.empty(n), np.empty(n)
-    forecast, forecast_sd = np.full(n, math.nan), np.full(n, math.nan)
+    log_predictive, *tracked = _tracked(friction, sd, np.array([discount]))
+    return Track(discount, *(each[:, 0] for each in tracked), float(log_predictive[0]))
+
+
+def _tracked(friction: Array, sd: Array, discount: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Log densities of many discounts, shape (m,); mean, sd and the forecasts' of each, shape (n, m)."""
+    shape = (friction.size, discount.size)
+    mean, spread = np.empty(shape), np.empty(shape)
+    forecast, forecast_sd = np.full(shape, math.nan), np.full(shape, math.nan)
     mean[0], spread[0] = friction[0], sd[0]
-    for i in range(1, n):
+    for i in range(1, friction.size):
         prior_variance = spread[i - 1] ** 2 / discount
-        forecast[i], forecast_sd[i] = mean[i - 1], math.hypot(math.sqrt(prior_variance), sd[i])
+        forecast[i], forecast_sd[i] = mean[i - 1], np.sqrt(prior_variance + sd[i] ** 2)
         gain = prior_variance / (prior_variance + sd[i] ** 2)
         mean[i] = mean[i - 1] + gain * (friction[i] - mean[i - 1])
-        spread[i] = sd[i] * math.sqrt(gain)
-    missed = (friction[1:] - forecast[1:]) / forecast_sd[1:]
-    log_predictive = float(-np.sum(0.5 * (missed**2 + _LOG_TWO_PI) + np.log(forecast_sd[1:])))
-    return Track(discount, mean, spread, forecast, forecast_sd, log_predictive)
+        spread[i] = sd[i] * np.sqrt(gain)
+    missed = (friction[1:, None] - forecast[1:]) / forecast_sd[1:]
+    log_predictive = -np.sum(0.5 * (missed**2 + _LOG_TWO_PI) + np.log(forecast_sd[1:]), axis=0)
+    return log_predictive, mean, spread, forecast, forecast_sd
 
 
 def choose_discount(friction: Array, sd: Array) -> float:
@@ -83,5 +89,5 @@ def choose_discount(friction: Array, sd: Array) -> float:
 
     Where several are equally good, as for a friction that never moved, the largest: it forgets least.
     """
-    scores = np.array([track(friction, sd, each).log_predictive for each in DISCOUNTS])
+    scores, *_ = _tracked(friction, sd, DISCOUNTS)
     return float(DISCOUNTS[np.flatnonzero(scores >= scores.max() - 1e-9)[-1]])
