@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import probability
 
-__all__ = ["FrozenDistribution", "bisected"]
+__all__ = ["FrozenDistribution", "crossed"]
 
 _STEPS = 200
 """Parts of a bracket taken away; a dozen are enough unless a quantile lies close to zero or in a step."""

@@ -63,12 +63,14 @@ def track(friction: Array, sd: Array, discount: float = 1.0) -> Track:
     -------
     Track
     """
-    log_predictive, *tracked = _tracked(friction, sd, np.array([discount]))
-    return Track(discount, *(each[:, 0] for each in tracked), float(log_predictive[0]))
+    mean, spread, forecast, forecast_sd, log_predictive = _tracked(friction, sd, np.array([discount]))
+    return Track(
+        discount, mean[:, 0], spread[:, 0], forecast[:, 0], forecast_sd[:, 0], float(log_predictive[0])
+    )
 
 
 def _tracked(friction: Array, sd: Array, discount: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Log densities of many discounts, shape (m,); mean, sd and the forecasts' of each, shape (n, m)."""
+    """Mean, sd and those of the forecasts of many discounts, shape (n, m), and log densities, shape (m,)."""
     shape = (friction.size, discount.size)
     mean, spread = np.empty(shape), np.empty(shape)
     forecast, forecast_sd = np.full(shape, math.nan), np.full(shape, math.nan)
@@ -81,7 +83,7 @@ def _tracked(friction: Array, sd: Array, discount: Array) -> tuple[Array, Array,
         spread[i] = sd[i] * np.sqrt(gain)
     missed = (friction[1:, None] - forecast[1:]) / forecast_sd[1:]
     log_predictive = -np.sum(0.5 * (missed**2 + _LOG_TWO_PI) + np.log(forecast_sd[1:]), axis=0)
-    return log_predictive, mean, spread, forecast, forecast_sd
+    return mean, spread, forecast, forecast_sd, log_predictive
 
 
 def choose_discount(friction: Array, sd: Array) -> float:
@@ -89,5 +91,5 @@ def choose_discount(friction: Array, sd: Array) -> float:
 
     Where several are equally good, as for a friction that never moved, the largest: it forgets least.
     """
-    scores, *_ = _tracked(friction, sd, DISCOUNTS)
+    *_, scores = _tracked(friction, sd, DISCOUNTS)
     return float(DISCOUNTS[np.flatnonzero(scores >= scores.max() - 1e-9)[-1]])

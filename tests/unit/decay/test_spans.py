@@ -70,6 +70,13 @@ def test_what_is_compared_side_by_side_is_what_is_compared_one_by_one(
     assert np.all((widest <= seen.gap) & (seen.gap <= widest + rounding))
 
 
+@pytest.mark.parametrize("at", [0, 1022, 1023, 1024, 2046, 2998])
+def test_a_repeat_is_seen_wherever_it_is(at: int, rng: np.random.Generator) -> None:
+    rows = rng.standard_normal((2, 3000))
+    rows[1, at + 1] = rows[1, at]
+    assert extremes(rows).repeats.tolist() == [False, True]
+
+
 def test_a_record_that_is_not_finite_is_not_looked_at(rows: Array) -> None:
     rows[:3, 7] = [np.nan, np.inf, -np.inf]
     seen = extremes(rows)

@@ -9,7 +9,7 @@ import xarray as xr
 import friction_bayes as fb
 from eighteen_half_cycles import AMPLITUDE, SYSTEM, UNIT, plain_estimate, record, width
 from friction_bayes.core.arrays import Array
-from friction_bayes.estimators.noise.stray_samples import stray_samples
+from friction_bayes.estimators.noise.stray_samples import _of_seven, stray_samples
 
 
 @pytest.mark.parametrize("quantity", list(UNIT))
@@ -52,6 +52,12 @@ def test_what_changes_from_sample_to_sample_as_a_motion_does_is_not_stray(rng: n
     assert not stray_samples(smooth, 10.0).any()
     spiked = curve(2000) ** 21 + 1e-3 * rng.standard_normal(2000)
     assert not stray_samples(spiked, 10.0).any()
+
+
+def test_ranks_are_those_of_sorting(rng: np.random.Generator) -> None:
+    x = np.concatenate([rng.standard_normal(5000), rng.integers(0, 3, 5000)])
+    ranked = np.sort(np.lib.stride_tricks.sliding_window_view(x, 7), axis=1)
+    np.testing.assert_array_equal(np.transpose(_of_seven(x)), ranked[:, [1, 3, 4]])
 
 
 def test_the_ends_may_be_stray_but_nothing_in_a_signal_without_noise() -> None:

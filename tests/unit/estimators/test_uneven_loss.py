@@ -13,7 +13,12 @@ import friction_bayes as fb
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.estimators import batch, estimate
-from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss, uneven_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import (
+    UnevenLoss,
+    _coefficients,
+    _triangular,
+    uneven_loss,
+)
 from friction_bayes.estimators.waveform import averaged
 from friction_bayes.estimators.witness import Witness, answer_parts, not_negative
 
@@ -236,6 +241,27 @@ def test_an_accelerometer_weighs_damping_by_what_its_jumps_say() -> None:
         assert plain.fit.uneven_loss.probability < 0.1
         assert width(plain.friction) < 1.1 * width(plain.friction_as_declared)
     assert covered >= 3
+
+
+def test_regressions_are_those_of_numpy(rng: np.random.Generator) -> None:
+    """Columns in units far apart, of which one is the sum of two others but for little."""
+    rows = rng.standard_normal((26, 100, 4)) * [1.0, 1e-6, 1e3, 1.0]
+    rows[:, :, 2] = 1e3 * rows[:, :, 0] + 1e9 * rows[:, :, 1] + 1e-3 * rows[:, :, 2]
+    upper = _triangular(rows)
+    np.testing.assert_allclose(np.abs(np.linalg.qr(rows, mode="r")), np.abs(upper), rtol=1e-9)
+    location, scale, log_determinant = _coefficients(upper)
+    for k, own in enumerate(rows):
+        design, response = own[:, :-1], own[:, -1]
+        # each column in its own size, or the inverse has no digits
+        size = np.linalg.norm(design, axis=0)
+        expected = np.linalg.lstsq(design / size, response)[0] / size
+        np.testing.assert_allclose(location[k], expected, rtol=1e-8)
+        gram = (design / size).T @ (design / size)
+        np.testing.assert_allclose(scale[k], np.sqrt(np.diag(np.linalg.inv(gram))) / size, rtol=1e-5)
+        half = 0.5 * np.linalg.slogdet(gram)[1] + np.log(size).sum()
+        assert log_determinant[k] == pytest.approx(half, abs=1e-5)
+    rows[:, :, 1] = 2.0 * rows[:, :, 0]
+    assert np.all(np.isinf(_coefficients(_triangular(rows))[2]))
 
 
 def test_it_is_computed_once_for_a_record(monkeypatch: pytest.MonkeyPatch) -> None:

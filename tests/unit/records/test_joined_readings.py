@@ -7,7 +7,8 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.core.errors import RecordWarning
-from friction_bayes.records.joined_readings import joined_readings
+from friction_bayes.records.joined_readings import _printed_finer, joined_readings
+from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.records.readings_alone import readings_alone
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
@@ -55,6 +56,19 @@ def test_nothing_is_found_in_a_plain_decay(noise_sd: float, step: float) -> None
         values = step * np.round(values / step)
     assert not joined_readings(values).any()
     assert not joined_readings(np.r_[np.full(700, values[0]), values]).any()
+
+
+def test_no_bend_that_printed_digits_may_make_is_ruled_out(rng: np.random.Generator) -> None:
+    """Two steps of any sensor that is found, also of values that miss it by a little."""
+    found = []
+    for _ in range(200):
+        levels = np.rint(rng.uniform(3.0, 300.0) * np.sin(0.05 * np.arange(3000)))
+        values = levels + rng.choice([0.0, 1e-10, 0.02]) * rng.uniform(-1.0, 1.0, 3000)
+        step = quantisation_step(values)
+        found.append(step)
+        assert step is None or not _printed_finer(values, 2.0 * step)
+    assert sum(step is not None for step in found) > 50
+    assert _printed_finer(rng.standard_normal(3000), 0.5)
 
 
 def test_readings_alone_are_said_and_kept_at_their_times() -> None:
