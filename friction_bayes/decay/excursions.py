@@ -11,19 +11,17 @@ import warnings
 
 import numpy as np
 import xarray as xr
-from scipy.ndimage import median_filter
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.running_ranks import ranks_of_seven
 from friction_bayes.decay.spans import Extremes
 from friction_bayes.records.clock import LOST, place_of_sample, sampling_interval
 from friction_bayes.records.record import record_name, with_values
 
 __all__ = ["excursions_possible", "set_excursions_aside", "without_excursions"]
 
-_WINDOW = 7
-"""Samples, the judged one in the middle; an excursion lasts fewer than half of them."""
 _OUT_OF_MOTION = 0.5
 """Share of the motion's range, from top to bottom, that an excursion exceeds."""
 _OUT_OF_NOISE = 6.0
@@ -75,7 +73,8 @@ def without_excursions(values: Array, angle: float) -> tuple[Array, Indices]:
     excursions : ndarray of int, shape (k,)
         Which samples were replaced.
     """
-    middle = median_filter(values, _WINDOW, mode="mirror")
+    # an excursion lasts fewer than half of the seven
+    _, middle, _ = ranks_of_seven(values)
     away = np.abs(values - middle)
     least = _OUT_OF_MOTION * float(np.ptp(middle)) + _OUT_OF_NOISE * float(np.median(away))
     suspects = np.flatnonzero(away > least)

@@ -9,7 +9,8 @@ import xarray as xr
 import friction_bayes as fb
 from eighteen_half_cycles import AMPLITUDE, SYSTEM, UNIT, plain_estimate, record, width
 from friction_bayes.core.arrays import Array
-from friction_bayes.estimators.noise.stray_samples import _of_seven, stray_samples
+from friction_bayes.decay.running_ranks import ranks_of_seven
+from friction_bayes.estimators.noise.stray_samples import stray_samples
 
 
 @pytest.mark.parametrize("quantity", list(UNIT))
@@ -56,8 +57,9 @@ def test_what_changes_from_sample_to_sample_as_a_motion_does_is_not_stray(rng: n
 
 def test_ranks_are_those_of_sorting(rng: np.random.Generator) -> None:
     x = np.concatenate([rng.standard_normal(5000), rng.integers(0, 3, 5000)])
-    ranked = np.sort(np.lib.stride_tricks.sliding_window_view(x, 7), axis=1)
-    np.testing.assert_array_equal(np.transpose(_of_seven(x)), ranked[:, [1, 3, 4]])
+    mirrored = np.pad(x, 3, mode="reflect")
+    ranked = np.sort(np.lib.stride_tricks.sliding_window_view(mirrored, 7), axis=1)
+    np.testing.assert_array_equal(np.transpose(ranks_of_seven(x)), ranked[:, [1, 3, 4]])
 
 
 def test_the_ends_may_be_stray_but_nothing_in_a_signal_without_noise() -> None:
