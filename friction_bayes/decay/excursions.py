@@ -76,7 +76,10 @@ def without_excursions(values: Array, angle: float) -> tuple[Array, Indices]:
     # an excursion lasts fewer than half of the seven
     _, middle, _ = ranks_of_seven(values)
     away = np.abs(values - middle)
-    least = _OUT_OF_MOTION * float(np.ptp(middle)) + _OUT_OF_NOISE * float(np.median(away))
+    least = _OUT_OF_MOTION * float(np.ptp(middle))
+    if away.max() <= least:
+        return values, np.zeros(0, dtype=np.intp)
+    least += _OUT_OF_NOISE * float(np.median(away))
     suspects = np.flatnonzero(away > least)
     span = np.arange(min(2 * _AROUND + 1, values.size))
     around = np.clip(suspects - _AROUND, 0, values.size - span.size)[:, None] + span
