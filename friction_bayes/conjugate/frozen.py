@@ -35,14 +35,15 @@ def crossed(low: Array, high: Array, beyond: Callable[[Array], Array]) -> Array:
     at, at_other = beyond(x), beyond(other)
     before, at_before, part = other, at_other, np.full(x.shape, 0.5)
     reached = np.ones(x.shape, dtype=np.bool_)
-    for _ in range(_STEPS):
-        width = other - x
-        nearest = 2.0 * np.spacing(np.maximum(np.abs(x), np.abs(other)))
-        if not np.any(np.abs(width) > nearest):
-            break
-        with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(_STEPS):
+            width = other - x
+            nearest = 2.0 * np.spacing(np.maximum(np.abs(x), np.abs(other)))
+            apart = np.abs(width) > nearest
+            if not apart.any():
+                break
             part = np.clip(part, nearest / np.abs(width), 1.0 - nearest / np.abs(width))
-            trial = x + np.where(np.abs(width) > nearest, part, 0.0) * width
+            trial = np.where(apart, x + part * width, x)
             at_trial = beyond(trial)
             same = (at_trial >= 0.0) == reached
             before, at_before = np.where(same, x, other), np.where(same, at, at_other)
