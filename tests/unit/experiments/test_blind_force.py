@@ -129,7 +129,10 @@ def test_a_rough_patch_is_no_fluctuation() -> None:
     """
     sealed = draw("rough_patch", np.random.SeedSequence([20261121, KINDS.index("rough_patch"), 0]))
     found = fb.close_loop(
-        [sealed.record], fb.Oscillator(**sealed.system), seed=0, exclude=["curved_friction_drift"]
+        [sealed.record],
+        fb.Oscillator(**sealed.system),
+        seed=0,
+        effects=["viscous_damping", "friction_drift", "position_friction", "presliding", "random_force"],
     )
     assert found.verdict not in ("adequate", "explained")
     by_position = [c["probability"] for c in found.candidates if "position_friction" in c["effects"]]
@@ -141,7 +144,8 @@ def test_a_stop_on_one_side_is_no_fluctuation() -> None:
     """A cubic spring and a random force take up most of it; a test of all positions at once sees half."""
     seed = np.random.SeedSequence([20261121, KINDS.index("one_sided_spring"), 11])
     sealed = draw("one_sided_spring", seed)
-    found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0, check=False)
+    offered = ["viscous_damping", "friction_drift", "cubic_stiffness", "sensor_offset", "random_force"]
+    found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0, effects=offered)
     failed = found.residual["after"]["failed"]
     assert found.verdict == "unexplained"
     assert found.left["depends_on"] == "position"

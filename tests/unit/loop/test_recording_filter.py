@@ -144,10 +144,9 @@ def test_what_was_put_into_a_gap_is_not_measured_behind_a_filter_either() -> Non
     assert fitted[segment.near_jumps[:n][inside]].all()
 
 
-@pytest.mark.parametrize("quantity", ["velocity", "displacement"])
-def test_a_record_with_several_gaps_is_seen_behind_its_filter(quantity: str) -> None:
-    """What is put into them is no evidence against it: friction was .76 +- .5 and 1.05 +- 1 N so."""
-    record = filtered(quantity, 12.0, duration=7.0)
+def test_a_record_with_several_gaps_is_seen_behind_its_filter() -> None:
+    """What is put into them is no evidence against it: friction was .76 +- .5 N so."""
+    record = filtered("velocity", 12.0, duration=7.0)
     lost = (np.arange(record.size) % 100 >= 50) & (np.arange(record.size) % 100 < 62)
     record = record[~lost]
     report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
@@ -158,12 +157,11 @@ def test_a_record_with_several_gaps_is_seen_behind_its_filter(quantity: str) -> 
     assert high - low < 0.01
 
 
-@pytest.mark.parametrize("lost", [1, 2])
-def test_a_filter_is_seen_where_a_sample_is_missing(lost: int) -> None:
+def test_a_filter_is_seen_where_a_sample_is_missing() -> None:
     """The clock counted as uneven, behind which no filter was looked for: friction was 3 % low."""
     record = averaged(np.random.default_rng(1), 0.05, 9.0, 2e-6)
     kept = np.ones(record.size, np.bool_)
-    kept[150 : 150 + lost] = False
+    kept[[150, 400, 401]] = False
     report = fb.close_loop([record[kept]], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
     assert report.noise["filter"]["name"] == "a moving mean of 15 samples"
     low, high = report.friction_after["interval90"]
