@@ -117,7 +117,7 @@ def test_folder(closed: Path, dragged: Path) -> None:
 @pytest.mark.skipif(find_spec("arviz") is None, reason="the extra arviz is not installed")
 def test_check_keeps_what_was_sampled(dragged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # whatever that is: each step integrates the motion
-    monkeypatch.setattr("friction_bayes.loop.checks.sampler_check._MOST_STEPS", 50)
+    monkeypatch.setattr("friction_bayes.loop.checks.sampler_check._MOST_STEPS", 150)
     out = tmp_path / "loop"
     options = ("--effects", "quadratic_drag", "--check", "--out", str(out))
     assert main(["close-loop", str(dragged), *SYSTEM, *options]) == 0

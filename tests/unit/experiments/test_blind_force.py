@@ -144,8 +144,7 @@ def test_a_stop_on_one_side_is_no_fluctuation() -> None:
     """A cubic spring and a random force take up most of it; a test of all positions at once sees half."""
     seed = np.random.SeedSequence([20261121, KINDS.index("one_sided_spring"), 11])
     sealed = draw("one_sided_spring", seed)
-    offered = ["viscous_damping", "friction_drift", "cubic_stiffness", "sensor_offset", "random_force"]
-    found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0, effects=offered)
+    found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0, check=False)
     failed = found.residual["after"]["failed"]
     assert found.verdict == "unexplained"
     assert found.left["depends_on"] == "position"

@@ -46,6 +46,7 @@ def test_noise_that_is_differentiated_twice_is_coloured() -> None:
     report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
     assert report.noise["filter"]["name"] == "a derivative by slopes over 3 samples, twice"
     assert report.noise["order"] > 1
+    assert report.verdict == "adequate"
     low, high = report.friction_after["interval90"]
     assert low < FRICTION < high < 1.01 * FRICTION
 

@@ -32,8 +32,7 @@ def test_friction_is_that_of_the_loss_of_amplitude() -> None:
     drop = 0.06
     values = acceleration(np.random.default_rng(1), drop, 0.3)
     record = fb.make_record(np.arange(values.size) / RATE, values, "acceleration")
-    offered = ["viscous_damping", "friction_drift", "presliding", "cubic_stiffness", "random_force"]
-    report = fb.close_loop([record], SYSTEM, effects=offered)
+    report = fb.close_loop([record], SYSTEM)
     assert any("corners" in note for note in report.notes)
     true = 0.5 * drop * SYSTEM.stiffness
     assert report.friction_after["mean"] == pytest.approx(true, rel=5e-3)
