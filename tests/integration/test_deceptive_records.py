@@ -172,12 +172,12 @@ def test_a_weaker_mode_is_reported(run: Callable[..., Any], plain: Array) -> Non
     assert covers(found["friction"], FRICTION)
 
 
-@pytest.mark.parametrize("offset", [0.06, 0.2, 6.8])
-def test_a_zero_far_off_changes_nothing(run: Callable[..., Any], plain: Array, offset: float) -> None:
+def test_a_zero_far_off_changes_nothing(run: Callable[..., Any], plain: Array) -> None:
     # written with nine digits
-    here, there = (run("estimate", signal)["friction"] for signal in (plain, plain + offset))
-    assert there["mean"] == pytest.approx(here["mean"], rel=1e-4)
-    assert there["sd"] == pytest.approx(here["sd"], rel=1e-2)
+    here, *off = (run("estimate", plain + offset)["friction"] for offset in (0.0, 0.06, 6.8))
+    for there in off:
+        assert there["mean"] == pytest.approx(here["mean"], rel=1e-4)
+        assert there["sd"] == pytest.approx(here["sd"], rel=1e-2)
 
 
 def test_the_loop_finds_the_same_about_a_zero_far_off(run: Callable[..., Any], plain: Array) -> None:

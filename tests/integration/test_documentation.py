@@ -254,6 +254,7 @@ def test_commands_print_what_is_shown(
     assert compared >= least
 
 
+@pytest.mark.usefixtures("without_loop_figures")
 def test_the_quickstart_says_what_the_reports_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = ROOT / "docs" / "quickstart.md"

@@ -67,7 +67,6 @@ def test_simulated_default_comes_to_rest(tmp_path: Path, capsys: pytest.CaptureF
     [
         ("estimate x.csv --meth", ["--method"]),
         ("estimate x.csv --method w", ["waveform"]),
-        ("estimate x.csv --quantity angular_v", ["angular_velocity"]),
         ("close-loop x.csv --exclude friction_d", ["friction_drift"]),
     ],
 )

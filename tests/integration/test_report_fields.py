@@ -17,6 +17,7 @@ from fluctuating_force import fluctuating_decay
 from friction_bayes.core.files import strict_json
 from friction_bayes.mechanics.effects import EFFECTS
 
+FEW = ["viscous_damping", "quadratic_drag", "friction_drift", "random_force", "sensor_offset"]
 DRAG = {"quadratic_drag.drag_coefficient": 6.0}
 
 
@@ -44,11 +45,14 @@ def coloured(record: xr.DataArray) -> xr.DataArray:
 
 RUNS: dict[str, tuple[list[xr.DataArray], dict[str, Any]]] = {
     "plain": ([short_decay()], {}),
-    "drag, autoregressive noise": ([coloured(short_decay(noise_sd=2e-5, effects=DRAG))], {"noise": "ar"}),
-    "fluctuating force": ([fluctuating()], {}),
+    "drag, autoregressive noise": (
+        [coloured(short_decay(noise_sd=2e-5, effects=DRAG))],
+        {"noise": "ar", "effects": FEW},
+    ),
+    "fluctuating force": ([fluctuating()], {"effects": FEW}),
     "two records": (
         [short_decay(seed=2), short_decay(initial_displacement=0.015, seed=3)],
-        {"effects": ["viscous_damping", "friction_drift", "random_force", "sensor_offset"]},
+        {"effects": FEW},
     ),
 }
 

@@ -10,7 +10,7 @@ import friction_bayes as fb
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
-RECORDS = 12
+RECORDS = 8
 
 
 def record(k: int, per_period: float, noise: float, rng: np.random.Generator) -> xr.DataArray:
@@ -31,14 +31,14 @@ def record(k: int, per_period: float, noise: float, rng: np.random.Generator) ->
 def test_intervals_cover_wherever_samples_fall(
     per_period: float, noise: float, rng: np.random.Generator
 ) -> None:
-    """No random force acts. Of 12 intervals of 90 % fewer than eight cover in one of 230 runs.
+    """No random force acts. Of eight intervals of 90 % fewer than five cover in one of 200 runs.
 
-    Where half of them cover it is seen in 81 % of runs.
+    Where half of them cover it is seen in 64 % of runs.
     """
     records = [record(k, per_period, noise, rng) for k in range(RECORDS)]
     estimates = [fb.estimate(each, SYSTEM) for each in records]
     z = [(e.friction.mean() - FRICTION) / e.friction.std() for e in estimates]
-    assert np.count_nonzero(np.abs(z) < 1.645) >= 8
+    assert np.count_nonzero(np.abs(z) < 1.645) >= 5
     assert sum(e.random_force.probability > 0.5 for e in estimates) <= 1
     # the batch has the same posteriors
     size = min(each.size for each in records)
@@ -46,4 +46,4 @@ def test_intervals_cover_wherever_samples_fall(
     rate = per_period * SYSTEM.natural_frequency / (2.0 * np.pi)
     many = fb.estimate_batch(stack, SYSTEM, quantity="acceleration", sampling_rate=rate)
     z = (many["friction_mean"].values - FRICTION) / many["friction_sd"].values
-    assert np.count_nonzero(np.abs(z) < 1.645) >= 8
+    assert np.count_nonzero(np.abs(z) < 1.645) >= 5

@@ -1,9 +1,10 @@
 """Friction under a force that fluctuates, read by a sensor whose noise is correlated, is covered.
 
 Records of a simulator of their own, under a force of a fifth of friction. Of 48 on other seeds the 90 %
-interval covered 44, and the mean was off by 1.1 standard deviations rms. Of twelve, an interval that means
-what it says covers fewer than eight once in two hundred runs. (A force of a twentieth, which such a sensor
-hides in half of the records, is another matter: of 36 it covered 21.)
+interval covered 44, and the mean was off by 1.1 standard deviations rms. Of eight, an interval that means
+what it says covers fewer than five once in two hundred runs; one that covers half is seen in 64 %. (A
+force of a twentieth, which such a sensor hides in half of the records, is another matter: of 36 it covered
+21.)
 """
 
 from __future__ import annotations
@@ -23,4 +24,4 @@ def covers(rng: np.random.Generator) -> bool:
 
 
 def test_friction_is_covered(rng: np.random.Generator) -> None:
-    assert at_least(8, (covers(rng) for _ in range(12)))
+    assert at_least(5, (covers(rng) for _ in range(8)))

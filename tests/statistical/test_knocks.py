@@ -99,8 +99,7 @@ def test_wrong_samples_in_a_row_are_none(force: float, rng: np.random.Generator)
     assert fit.sensor_noise.contaminated
 
 
-@pytest.mark.parametrize("order", [0, 2])
-@pytest.mark.parametrize("lasts", [0.55, 0.8])
+@pytest.mark.parametrize(("lasts", "order"), [(0.55, 2), (0.8, 0)])
 def test_a_push_of_half_a_period_is_no_knock_nor_two(
     lasts: float, order: int, rng: np.random.Generator
 ) -> None:

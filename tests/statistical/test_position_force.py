@@ -1,6 +1,7 @@
 """A force that repeats with every turn is found where it is; none is invented in ``test_plain_decays.py``.
 
-Wheels of a simulator of their own, with a force that fluctuates.
+Wheels of a simulator of their own, with a force that fluctuates. One that is found in half of the records
+alone is seen in 81 % of runs.
 """
 
 from __future__ import annotations
@@ -23,4 +24,4 @@ def probabilities(rng: np.random.Generator, size: float, count: int) -> Iterator
 
 
 def test_a_fifth_of_friction_is_found(rng: np.random.Generator) -> None:
-    assert at_least(7, (each > 0.9 for each in probabilities(rng, 0.2, 8)))
+    assert at_least(4, (each > 0.9 for each in probabilities(rng, 0.2, 5)))

@@ -2,7 +2,8 @@
 
 Decays of a simulator of their own, with a force that fluctuates. Of 20 with a line that lasts none had a
 probability above 0.002; one invented in a record of six is seen in 66 % of runs. Of lines of twice the noise
-that last 1.5 s 5 of 10 were found, of three times the noise 9, of four times all.
+that last 1.5 s 5 of 10 were found, of three times the noise 9, of four times all; where half of these are
+missed it is seen in 81 % of runs.
 """
 
 from __future__ import annotations
@@ -29,4 +30,4 @@ def test_a_line_that_lasts_is_none(rng: np.random.Generator) -> None:
 
 
 def test_one_of_four_times_the_noise_is_found(rng: np.random.Generator) -> None:
-    assert at_least(7, (each > 0.9 for each in probabilities(rng, 4.0, 1.5, 8)))
+    assert at_least(4, (each > 0.9 for each in probabilities(rng, 4.0, 1.5, 5)))

@@ -3,7 +3,7 @@
 Records of a simulator of their own, with a force that fluctuates; noise in proportion to the signal is
 offered next to jitter. Without jitter none of 40 had a probability above 0.09; one invented in a record of
 five is seen in 89 % of runs. Of 12 with jitter that makes twice the noise of the sensor at full speed all had
-one above 0.9, with a median of 1.00.
+one above 0.9, with a median of 1.00; where half of these are missed it is seen in 94 % of runs.
 """
 
 from __future__ import annotations
@@ -37,4 +37,4 @@ def test_none_is_invented(rng: np.random.Generator) -> None:
 
 def test_jitter_as_large_as_the_noise_is_found(rng: np.random.Generator) -> None:
     # twice the noise at full speed: a decay is rarely at full speed
-    assert at_least(10, (each > 0.9 for each in probabilities(rng, 2.0 * AT_FULL_SPEED, 12)))
+    assert at_least(6, (each > 0.9 for each in probabilities(rng, 2.0 * AT_FULL_SPEED, 7)))

@@ -55,7 +55,7 @@ def simulated(system: fb.Oscillator = LINEAR, **changes) -> xr.DataArray:
     return fb.simulate(system, **settings | changes)
 
 
-@pytest.mark.parametrize("rate", [100.0, 200.0, 1000.0])
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
 def test_a_random_force_without_noise_of_the_sensor(rate: float) -> None:
     """The noise is nowhere below its level near the motion, where the force alone is seen."""
     force = {"random_force.sd": 0.06, "random_force.correlation_time": 0.1}
@@ -135,11 +135,9 @@ def test_a_stiffness_that_changes_with_the_swing_is_no_random_force() -> None:
 @pytest.mark.parametrize(
     "loss",
     [
+        # the others are in test_other_forces.py
         {"viscous_damping.damping_ratio": 0.002},
-        {"quadratic_drag.drag_coefficient": 8.0},
-        {"friction_drift.relative_change": -0.4},
         {"stribeck_friction.static_excess": 0.6, "stribeck_friction.stribeck_velocity": 0.02},
-        {"presliding.displacement": 3e-4},
     ],
 )
 def test_another_loss_than_by_dry_friction_is_no_random_force(loss: dict[str, float]) -> None:

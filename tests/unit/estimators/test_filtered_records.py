@@ -15,9 +15,8 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.result import force_notes
 
 
-@pytest.mark.parametrize(("quantity", "corner"), [("acceleration", 12.0), ("velocity", 8.0)])
-def test_a_gap_takes_away_neither_colours_nor_free_corners(quantity: str, corner: float) -> None:
-    whole, lacking = (fb.estimate(filtered(quantity, corner, lost=lost), SYSTEM) for lost in (0, 28))
+def test_a_gap_takes_away_neither_colours_nor_free_corners() -> None:
+    whole, lacking = (fb.estimate(filtered("acceleration", 12.0, lost=lost), SYSTEM) for lost in (0, 28))
     assert lacking.friction.mean() == pytest.approx(whole.friction.mean(), rel=2e-4)
     # not the sd: filters that are not listed, of a probability of 1e-3, are evaluated without gaps alone
     low, high = lacking.friction.interval(0.9)
@@ -26,11 +25,11 @@ def test_a_gap_takes_away_neither_colours_nor_free_corners(quantity: str, corner
     assert lacking.random_force.probability < 0.01
 
 
-@pytest.mark.parametrize("rate", [200.0, 1000.0])
-def test_rounded_corners_of_an_acceleration_are_no_saturation(rate: float) -> None:
-    assert fb.estimate(filtered("acceleration", 8.0, rate=rate), SYSTEM).friction.mean() == pytest.approx(
-        1.0, rel=0.02
-    )
+@pytest.mark.parametrize(("rate", "random_force"), [(200.0, "auto"), (1000.0, "none")])
+def test_rounded_corners_of_an_acceleration_are_no_saturation(rate: float, random_force: str) -> None:
+    """It is refused, or not, before accounts of the noise are compared."""
+    found = fb.estimate(filtered("acceleration", 8.0, rate=rate), SYSTEM, random_force=random_force)
+    assert found.friction.mean() == pytest.approx(1.0, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,10 @@ def test_a_rough_patch_is_no_fluctuation() -> None:
     """
     sealed = draw("rough_patch", np.random.SeedSequence([20261121, KINDS.index("rough_patch"), 0]))
     found = fb.close_loop(
-        [sealed.record], fb.Oscillator(**sealed.system), seed=0, exclude=["curved_friction_drift"]
+        [sealed.record],
+        fb.Oscillator(**sealed.system),
+        seed=0,
+        effects=["viscous_damping", "friction_drift", "position_friction", "presliding", "random_force"],
     )
     assert found.verdict not in ("adequate", "explained")
     by_position = [c["probability"] for c in found.candidates if "position_friction" in c["effects"]]

@@ -119,7 +119,7 @@ def let_go_slowly() -> tuple[np.ndarray, float]:
     return np.array(moving[first::100]), force * omega**2 * 0.1
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_hand_that_lets_go_slowly_is_left_out(seed: int) -> None:
     """A force falls from what holds the mass to zero over a sixth of a period, the record starting within."""
     rng, (values, true) = np.random.default_rng(seed), let_go_slowly()
@@ -127,7 +127,8 @@ def test_a_hand_that_lets_go_slowly_is_left_out(seed: int) -> None:
         0.01 * np.arange(values.size), values + 2e-5 * rng.standard_normal(values.size), "displacement"
     )
     system = fb.Oscillator(mass=1.0, stiffness=100.0)
-    report = fb.close_loop([record], system)
+    offered = ["viscous_damping", "friction_drift", "cubic_stiffness", "sensor_offset", "random_force"]
+    report = fb.close_loop([record], system, effects=offered)
     low, high = report.friction_after["interval90"]
     # the middle 90 % widened to 99.7 %
     assert abs(report.friction_after["mean"] - true) < 0.91 * (high - low)

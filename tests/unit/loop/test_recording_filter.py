@@ -53,24 +53,17 @@ def test_the_loop_sees_a_filter_and_takes_it_for_no_law(
 
 
 def test_positions_differentiated_twice_are_known_as_such() -> None:
-    """A jump between two samples shows in both, by its place; friction is then known to 1 %."""
+    """A jump between two samples shows in both, by its place; the loop is in ``test_coloured_noise.py``."""
     record = decay(duration=7.0)
     time = record["time"].values
     values = np.gradient(np.gradient(record.values, time), time)
     twice = fb.make_record(time, values, "acceleration")
-    name = "a derivative by slopes over 3 samples, twice"
     found = fb.estimate(twice, SYSTEM)
     filter_ = found.to_dict()["noise"]["filter"]
     assert filter_ is not None
-    assert filter_["name"] == name
+    assert filter_["name"] == "a derivative by slopes over 3 samples, twice"
     low, high = found.friction.interval(0.98)
     assert low < 1.0 < high < low + 0.02
-    report = fb.close_loop([twice], SYSTEM, seed=1, effects=OFFERED)
-    assert report.noise["filter"]["name"] == name
-    assert report.verdict == "adequate"
-    low, high = report.friction_after["interval90"]
-    assert low - 0.002 < 1.0 < high + 0.002
-    assert high - low < 0.025
 
 
 def test_the_loop_finds_the_damping_behind_a_filter() -> None:
@@ -144,10 +137,9 @@ def test_what_was_put_into_a_gap_is_not_measured_behind_a_filter_either() -> Non
     assert fitted[segment.near_jumps[:n][inside]].all()
 
 
-@pytest.mark.parametrize("quantity", ["velocity", "displacement"])
-def test_a_record_with_several_gaps_is_seen_behind_its_filter(quantity: str) -> None:
-    """What is put into them is no evidence against it: friction was .76 +- .5 and 1.05 +- 1 N so."""
-    record = filtered(quantity, 12.0, duration=7.0)
+def test_a_record_with_several_gaps_is_seen_behind_its_filter() -> None:
+    """What is put into them is no evidence against it: friction was .76 +- .5 N so."""
+    record = filtered("velocity", 12.0, duration=7.0)
     lost = (np.arange(record.size) % 100 >= 50) & (np.arange(record.size) % 100 < 62)
     record = record[~lost]
     report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
@@ -158,12 +150,11 @@ def test_a_record_with_several_gaps_is_seen_behind_its_filter(quantity: str) -> 
     assert high - low < 0.01
 
 
-@pytest.mark.parametrize("lost", [1, 2])
-def test_a_filter_is_seen_where_a_sample_is_missing(lost: int) -> None:
+def test_a_filter_is_seen_where_a_sample_is_missing() -> None:
     """The clock counted as uneven, behind which no filter was looked for: friction was 3 % low."""
     record = averaged(np.random.default_rng(1), 0.05, 9.0, 2e-6)
     kept = np.ones(record.size, np.bool_)
-    kept[150 : 150 + lost] = False
+    kept[[150, 400, 401]] = False
     report = fb.close_loop([record[kept]], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
     assert report.noise["filter"]["name"] == "a moving mean of 15 samples"
     low, high = report.friction_after["interval90"]

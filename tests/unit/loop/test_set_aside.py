@@ -136,7 +136,8 @@ def test_without_a_force_both_give_a_law_the_same_evidence(fault: str, seed: int
 def test_the_report_names_the_force_and_the_fault(fault: str, rng: np.random.Generator) -> None:
     ceiling = CEILING if fault == "sensor_clipping" else np.inf
     record, _, far = decay(rng, force=0.5, hit=HIT if fault == "outliers" else 0.0, ceiling=ceiling)
-    report = fb.close_loop([record], SYSTEM, seed=1)
+    rivals = ("viscous_damping", "cubic_stiffness", "sensor_nonlinearity", "timing_jitter", "random_force")
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=(*rivals, "outliers", "sensor_clipping"))
     # outliers are noise, and say nothing of the law
     assert report.verdict in ("explained", "ambiguous", *["adequate"] * (fault == "outliers"))
     named = {effect["name"]: effect for effect in report.effects}
