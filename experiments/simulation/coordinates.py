@@ -12,7 +12,7 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import Coordinate
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Parameter
 
-__all__ = ["bounds_of", "is_angle", "start_of", "support_of"]
+__all__ = ["bounds_of", "is_angle", "prior_precision", "start_of", "support_of"]
 
 
 @lru_cache(maxsize=8)
@@ -32,10 +32,16 @@ def support_of(model: LoopModel) -> tuple[Array, Array]:
     return ends[:, 0], ends[:, 1]
 
 
+@lru_cache(maxsize=8)
+def prior_precision(model: LoopModel) -> Array:
+    """Prior precision of each coordinate, shape (p,): zero where its prior is uniform."""
+    return np.array([0.0 if c.prior.family == "uniform" else 1.0 for c in model.coordinates])
+
+
 def start_of(c: Coordinate) -> float:
     """Where a fit starts by default: the null, or the prior's median where there is no null."""
     if _only_shapes(c):
-        return c.at_score(0.0)
+        return c.coordinate(c.at_score(0.0))
     return c.coordinate(0.0) if c.prior.family == "uniform" and not is_angle(c) else 0.0
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from experiments.simulation.box_probability import log_box_probability
-from experiments.simulation.coordinates import support_of
+from experiments.simulation.coordinates import prior_precision, support_of
 from experiments.simulation.fit import LoopFit
 
 __all__ = ["log_evidence", "log_normalisation"]
@@ -27,7 +27,7 @@ __all__ = ["log_evidence", "log_normalisation"]
 def log_evidence(fit: LoopFit) -> float:
     """Log-evidence of a fit, up to what all models of the same samples share."""
     # no posterior is wider than the range of a flat prior, the normal volume of this precision
-    flat = fit.model.prior_precision == 0.0
+    flat = prior_precision(fit.model) == 0.0
     least = np.where(flat, 2.0 * math.pi, 0.0)
     root = np.linalg.cholesky(fit.precision + np.diag(least))
     centre, objective = fit.centre
@@ -43,6 +43,6 @@ def log_evidence(fit: LoopFit) -> float:
 def log_normalisation(fit: LoopFit) -> float:
     """Logarithm of the prior density of the coordinates at zero distance, within its support."""
     low, high = support_of(fit.model)
-    normal = fit.model.prior_precision > 0.0
+    normal = prior_precision(fit.model) > 0.0
     mass = ndtr(high[normal]) - ndtr(low[normal])
     return float(-0.5 * math.log(2.0 * math.pi) * np.count_nonzero(normal) - np.log(mass).sum())

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from experiments.simulation.coordinates import bounds_of
+from experiments.simulation.coordinates import bounds_of, prior_precision
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction, prediction_derivatives
 from friction_bayes.loop.data.prepared_record import Segment
@@ -136,13 +136,13 @@ class Objective:
             noises.append(self.noise_models[r].fit(residual, segment, self.model.scales))
             densities.append(self.noise_models[r].log_densities(residual, segment, noises[-1]))
         deviance = -2.0 * math.fsum(float(each.sum()) for each in densities)
-        objective = deviance + float(self.model.prior_precision @ (z * z))
+        objective = deviance + float(prior_precision(self.model) @ (z * z))
         return Point(z, tuple(predictions), tuple(noises), deviance, objective)
 
     def curvature(self, point: Point, steps: Array | None, known: Sequence[Array] | None = None) -> Curvature:
         """Expansion about a point, by difference ``steps`` or with derivatives ``known`` already."""
-        precision = np.diag(self.model.prior_precision + _ROUNDING)
-        gradient = -self.model.prior_precision * point.z
+        precision = np.diag(prior_precision(self.model) + _ROUNDING)
+        gradient = -prior_precision(self.model) * point.z
         jacobians = []
         for r, segment in enumerate(self.model.segments):
             if known is None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from experiments.simulation.coordinates import support_of
+from experiments.simulation.coordinates import prior_precision, support_of
 from experiments.simulation.fit import LoopFit
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
@@ -63,7 +63,7 @@ class _SampledModel:
         return np.asarray(np.all((z >= low) & (z <= high), axis=1))
 
     def log_prior(self, z: Array) -> Array:
-        return np.where(self._inside(z), -0.5 * (z * z) @ self.fit.model.prior_precision, -np.inf)
+        return np.where(self._inside(z), -0.5 * (z * z) @ prior_precision(self.fit.model), -np.inf)
 
     def log_prob(self, z: Array) -> Array:
         out = self.log_prior(z)
@@ -92,7 +92,7 @@ class _SampledModel:
 
     def prior_draws(self, rng: np.random.Generator, n: int) -> Array:
         low, high = support_of(self.fit.model)
-        flat = self.fit.model.prior_precision == 0.0
+        flat = prior_precision(self.fit.model) == 0.0
         least, most = np.where(flat, 0.0, ndtr(low)), np.where(flat, 1.0, ndtr(high))
         u = least + (most - least) * rng.random((n, self.fit.z.size))
         return np.where(flat, u, ndtri(u))

@@ -20,8 +20,7 @@ from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.forecast import forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
-from friction_bayes.loop.data.friction import Distribution, dry_friction, friction_of_loss, reported_friction
-from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.friction import dry_friction, friction_of_loss
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidates import Candidates
@@ -38,7 +37,6 @@ from friction_bayes.loop.report.verdict import (
     FORECAST,
     UNEXPLAINED,
     credible_count,
-    friction_range,
     verdict,
 )
 from friction_bayes.mechanics.effects import in_catalogue_order
@@ -50,13 +48,13 @@ _ROUNDING = 0.05
 """Share of a half cycle by which three may fall short, their frequency being known so well."""
 
 
-def _loss(candidates: Candidates, frequency: Array) -> float:
+def _loss(candidates: Candidates) -> float:
     """Friction that alone would explain the loss of amplitude, as friction is reported."""
     model, turning_points = candidates.before.model, candidates.traces[0].turning_points
     if turning_points.size < LEAST_HALF_CYCLES:
         return 0.0
     system, order = model.system, model.segments[0].order
-    ratio = float(frequency.mean()) / system.natural_frequency
+    ratio = float(candidates.laws.frequency.mean()) / system.natural_frequency
     return candidates.factor * system.stiffness * ratio**order * friction_of_loss(turning_points)
 
 
@@ -75,21 +73,20 @@ def build_report(
     """
     rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
     mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
-    before, frequency = candidates.before, mixture.frequency
+    before, unit, loss = candidates.before, candidates.unit, _loss(candidates)
     model, effects = before.model, in_catalogue_order(mixture.sets[0])
-    loss, tests = _loss(candidates, frequency), candidates.tests
-    as_drawn = reported_friction(mixture.friction, frequency, model, rng_dry)
-    dry = dry_friction(as_drawn, loss, candidates.tolerance)
+    dry = dry_friction(candidates.scale(rng_dry) * mixture.friction, loss, candidates.tolerance, unit)
     predicted = forecast_records(before), candidates.forecasts
     forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
-    friction = reported_friction(mixture.friction, frequency, model, rng_after)
-    against = reasons_against(candidates, loss, held_out, friction.to_dict()["interval90"])
-    rubs, failed = dry["probability"], len(tests.failed)
+    friction = candidates.scale(rng_after) * mixture.friction
+    after = Summary.of_draws(friction, unit).to_dict()
+    against = reasons_against(candidates, loss, held_out, after["interval90"])
+    rubs, failed = dry["probability"], len(candidates.tests.failed)
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, rubs, failed)
     agreed = mixture.same_friction(credible_count(mixture.probabilities))
     alone = before.friction(rng_before, DRAWS)
-    friction_before = reported_friction(alone, frequency, model, rng_before)
+    friction_before = candidates.scale(rng_before) * alone
     residual, traces = _residuals(candidates, reference_force)
     reference, sampled = _reference_check(candidates, options, friction, friction_before)
     return LoopReport(
@@ -97,8 +94,8 @@ def build_report(
         because=against,
         effects=[_effect(name, mixture, candidates) for name in effects],
         candidates=_listed(mixture),
-        friction_before=friction_before.to_dict(),
-        friction_after=friction.to_dict(),
+        friction_before=Summary.of_draws(friction_before, unit).to_dict(),
+        friction_after=after,
         friction_range=_friction_range(candidates, alone) if word == UNEXPLAINED else None,
         # all agree on a friction that may be zero
         friction_agreed=agreed and rubs >= settings.SETTINGS.credible_mass and not against,
@@ -108,11 +105,11 @@ def build_report(
         residual=residual,
         noise=candidates.noise(),
         paper_procedure=paper_procedure(*candidates.simulated(), friction, effects),
-        frequency=_frequency(mixture, model),
-        random_force=_random_force(mixture, candidates.factor, candidates.unit),
+        frequency=_frequency(candidates, float(mixture.friction.mean())),
+        random_force=_random_force(mixture, candidates),
         witnesses=candidates.witnesses,
         left=candidates.left(),
-        fitted=_fitted(candidates, float(frequency.mean())),
+        fitted=_fitted(candidates),
         next_experiment=_next_experiment(candidates, mixture, word, against, rubs),
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
@@ -191,7 +188,12 @@ def _friction_range(candidates: Candidates, alone: Array) -> dict[str, Any]:
     """Between which readings of an unexplained record friction lies, ``alone`` by Coulomb friction."""
     by_all = candidates.by_all_sets
     readings = {"Coulomb friction alone": alone, "the sets evaluated along the measured motion": by_all}
-    return friction_range(readings, candidates.factor, candidates.unit)
+    each = [
+        {"what": what} | Summary.of_draws(candidates.factor * friction, candidates.unit).to_dict()
+        for what, friction in readings.items()
+    ]
+    means = [reading["mean"] for reading in each]
+    return {"low": min(means), "high": max(means), "unit": candidates.unit, "readings": each}
 
 
 def _next_experiment(
@@ -211,11 +213,11 @@ def _next_experiment(
 
 
 def _reference_check(
-    candidates: Candidates, options: LoopOptions, friction: Distribution, before: Distribution
+    candidates: Candidates, options: LoopOptions, friction: Array, before: Array
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
-    reference = compare_frictions(friction, before, options.reference_friction) or {}
-    sampled = None
+    known, sampled = options.reference_friction, None
+    reference = {} if known is None else compare_frictions(friction, before, known)
     if options.check:
         found, sampled = candidates.check(options.seed)
         effects = list(in_catalogue_order(candidates.sets[0]))
@@ -241,26 +243,28 @@ def _deciding_experiment(mixture: CandidateMixture, candidates: Candidates) -> s
     return next_experiment([*known.values()], [set_words(in_catalogue_order(names)) for names in known])
 
 
-def _random_force(mixture: CandidateMixture, factor: float, unit: str) -> dict[str, Any] | None:
+def _random_force(mixture: CandidateMixture, candidates: Candidates) -> dict[str, Any] | None:
     """Size and correlation time of the random force, given that there is one; None where not evaluated."""
     forced = mixture.random_force > 0.0
     if np.count_nonzero(forced) < 2:
         return None
     sd, friction = mixture.random_force[forced], float(np.median(mixture.friction[forced]))
+    correlation_time = candidates.laws.first.correlation_time[forced]
     return {
-        "sd": Summary.of_draws(factor * sd, unit).to_dict(),
+        "sd": Summary.of_draws(candidates.factor * sd, candidates.unit).to_dict(),
         "share_of_friction": float(np.median(sd)) / friction if friction else None,
-        "correlation_time_s": Summary.of_draws(mixture.correlation_time[forced], "s").to_dict(),
+        "correlation_time_s": Summary.of_draws(correlation_time, "s").to_dict(),
         "probability": mixture.probability(RANDOM_FORCE.name),
     }
 
 
-def _frequency(mixture: CandidateMixture, model: LoopModel) -> dict[str, Any]:
-    """The natural frequency [rad/s], the declared one, and both forces where they disagree."""
+def _frequency(candidates: Candidates, friction: float) -> dict[str, Any]:
+    """The natural frequency [rad/s], the declared one, and both forces of a friction where they disagree."""
+    model, drawn = candidates.before.model, candidates.laws.frequency
     system, decay = model.system, model.segments[0].decay
-    found, sd = float(mixture.frequency.mean()), float(mixture.frequency.std(ddof=1))
+    found, sd = float(drawn.mean()), float(drawn.std(ddof=1))
     disagree = bool(frequencies_disagree(system, found, sd)) and decay.calibrated
-    coefficient = float(mixture.friction.mean()) / system.force_factor(decay.quantity)
+    coefficient = friction / system.force_factor(decay.quantity)
     by_stiffness, by_mass = by_stiffness_and_mass(system, decay.quantity, found, coefficient)
     return {
         "mean": found,
@@ -273,7 +277,7 @@ def _frequency(mixture: CandidateMixture, model: LoopModel) -> dict[str, Any]:
     }
 
 
-def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
+def _fitted(candidates: Candidates) -> dict[str, Any]:
     """The part of the first record that was fitted.
 
     Raises
@@ -281,12 +285,15 @@ def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
     InputError
         If the most probable law moves for less than three half cycles of it.
     """
-    segment, trace = candidates.before.model.segments[0], candidates.traces[0]
-    samples, last, turning_points, set_aside = candidates.fitted
-    start, end = segment.decay.start_time, segment.decay.start_time + last
+    fit, trace = candidates.best[0], candidates.traces[0]
+    segment, frequency = fit.segment, float(candidates.laws.frequency.mean())
+    start = segment.decay.start_time
+    end = start + float(segment.time[fit.record.samples - 1])
     # a law that moves on turns again within a half cycle
     moves_until = min(end, float(trace.turning_times.max(initial=start)) + math.pi / frequency)
-    half_cycles = min(int((moves_until - start) * frequency / math.pi + _ROUNDING), turning_points + 1)
+    half_cycles = int((moves_until - start) * frequency / math.pi + _ROUNDING)
+    half_cycles = min(half_cycles, fit.path.turning.size + 1)
+    recorded = ~segment.in_gaps[: fit.record.samples]
     if half_cycles < LEAST_HALF_CYCLES:
         raise InputError(
             trace.name,
@@ -297,15 +304,15 @@ def _fitted(candidates: Candidates, frequency: float) -> dict[str, Any]:
     return {
         "from_s": start,
         "to_s": end,
-        "samples": samples * segment.block,
+        "samples": int(np.count_nonzero(recorded)) * segment.block,
         "half_cycles": half_cycles,
-        "set_aside": set_aside * segment.block,
+        "set_aside": int(np.count_nonzero(recorded & ~fit.clock.used)) * segment.block,
     }
 
 
 def _posterior(
     candidates: Candidates,
-    after: Distribution,
+    friction: Array,
     seed: int,
     sampled: xr.DataTree | None,
     rng: np.random.Generator,
@@ -328,10 +335,10 @@ def _posterior(
         )
 
     best = one_chain(candidates.variables())
-    friction = one_chain({"friction": after.draws, "candidate": candidates.mixture.candidate})
-    friction["friction"].attrs["units"] = after.unit
+    mixture = one_chain({"friction": friction, "candidate": candidates.mixture.candidate})
+    mixture["friction"].attrs["units"] = candidates.unit
     tree = xr.DataTree.from_dict(
-        {"posterior": best.assign_attrs(seed=seed), "mixture": friction.assign_attrs(seed=seed)}
+        {"posterior": best.assign_attrs(seed=seed), "mixture": mixture.assign_attrs(seed=seed)}
     )
     if sampled is not None:
         tree["reference"] = sampled

@@ -26,11 +26,8 @@ def made(sets: list[frozenset[str]], log_weights: list[float], level: float, see
         probabilities=probabilities,
         candidate=chosen,
         friction=np.exp(levels[chosen] * rng.standard_normal(DRAWS)),
-        frequency=np.ones(DRAWS),
         random_force=force,
-        correlation_time=force,
-        coefficients=np.array([len(each) for each in names])[chosen],
-        squares=force,
+        scores=force[:, None],
     )
 
 

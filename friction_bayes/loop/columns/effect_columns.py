@@ -218,8 +218,7 @@ def force_columns(
         points: Points, score: float = 0.0, *, which: Coordinate, value: float, friction: float = 1.0
     ) -> Array:
         values = tuple(
-            value if c is which else 0.0 if c in coefficients else float(c.value(c.at_score(score)))
-            for c in coordinates
+            value if c is which else 0.0 if c in coefficients else c.at_score(score) for c in coordinates
         )
         return evaluator.at({name: values}, points, friction=friction * evaluator.friction)
 
@@ -269,17 +268,14 @@ def _shapes(
     if scores is None:
         mass /= mass.sum()
 
-    def at(c: Coordinate, score: float) -> float:
-        return float(c.value(c.at_score(score)))
-
     for k, score in enumerate(taken.tolist()):
         yield tuple(
             # the parameters share the probability of the score, which the first of them has
             Shape(
                 c.name,
-                at(c, score),
-                at(c, edges[k]),
-                at(c, edges[k + 1]),
+                c.at_score(score),
+                c.at_score(edges[k]),
+                c.at_score(edges[k + 1]),
                 score=score,
                 weight=float(mass[k]) if j == 0 else 1.0,
             )
@@ -299,8 +295,7 @@ def _bent_friction(
     unit = evaluator.unit_force / evaluator.friction
 
     def bent(points: Points, score: float) -> Array:
-        value = float(first.value(first.at_score(score)))
-        return unit * evaluator.at({name: (value,)}, points) - points.direction
+        return unit * evaluator.at({name: (first.at_score(score),)}, points) - points.direction
 
     for shape in _shapes((first,), _SMALL_SCORES, scores):
         column = LawColumn(
@@ -409,7 +404,7 @@ def line_columns(
     line: Line, scales: Scales, path: MeasuredPath, order: int, w0: float
 ) -> Iterator[tuple[LawColumn, Array]]:
     """Sine and cosine of a line."""
-    scale = effect_coordinates(line.effect, scales, 1)[0].prior.scale
+    scale = EFFECTS[line.effect].priors(scales)[0].scale
     time = (path.phase - path.phase[0]) / w0
     shape = _shape_of_line(line, float(time[-1]))
     for part, wave in line.waves(time).items():

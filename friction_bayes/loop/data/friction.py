@@ -1,41 +1,25 @@
-"""Friction as a distribution: draws of it in the unit of the report."""
+"""Draws of the factor to the reported friction, and the friction that a loss of amplitude has."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.declared_force import ForceFactor, common_factor
-from friction_bayes.core.summary import Summary
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.statespace.measured_path import MeasuredPath
 
 __all__ = [
-    "Distribution",
     "dry_friction",
     "friction_along",
     "friction_factor",
     "friction_of_loss",
-    "reported_friction",
     "scale_draws",
 ]
-
-
-@dataclass(frozen=True, eq=False)
-class Distribution:
-    """Draws of a number with a unit, shape (m,)."""
-
-    draws: Array
-    unit: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Mean, standard deviation, central 90 % interval and unit."""
-        return Summary.of_draws(self.draws, self.unit).to_dict()
 
 
 def friction_factor(model: LoopModel, frequencies: Array) -> float:
@@ -47,16 +31,16 @@ def friction_factor(model: LoopModel, frequencies: Array) -> float:
     return float(common_factor(_factors(model, frequencies)).factor) / model.system.force_factor(quantity)
 
 
-def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
-    """Draws of the factor from a model's friction to the reported one, shape (size,).
+def scale_draws(model: LoopModel, frequencies: Array, rng: np.random.Generator) -> Array:
+    """Draws of the factor from a model's friction to the reported one, one each of the frequency [rad/s].
 
     They include the uncertainty of mass and stiffness (see
-    :func:`friction_bayes.core.declared_force.declared_forces`), from draws of the natural frequency [rad/s].
-    Of a signal that is not calibrated only friction in the unit of the signal can be reported.
+    :func:`friction_bayes.core.declared_force.declared_forces`). Of a signal that is not calibrated only
+    friction in the unit of the signal can be reported.
     """
-    normal = rng.standard_normal(size)
+    normal = rng.standard_normal(frequencies.size)
     scales = [f * (1.0 + relative * normal) for f, relative in _factors(model, frequencies)]
-    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=size), scales)
+    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=normal.size), scales)
     return np.asarray(drawn / model.system.force_factor(model.segments[0].decay.quantity))
 
 
@@ -65,14 +49,6 @@ def _factors(model: LoopModel, frequencies: Array) -> tuple[ForceFactor, ...]:
     decay = model.segments[0].decay
     found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
     return force_factors(model.system, decay.quantity, decay.unit, found, sd)
-
-
-def reported_friction(
-    values: Array, frequencies: Array, model: LoopModel, rng: np.random.Generator
-) -> Distribution:
-    """Friction from draws of a model's and of the natural frequency [rad/s]; see :func:`scale_draws`."""
-    scale = scale_draws(model, frequencies, values.size, rng)
-    return Distribution(scale * values, model.segments[0].decay.friction_unit)
 
 
 def friction_of_loss(turning_points: Array) -> float:
@@ -97,16 +73,16 @@ def friction_along(path: MeasuredPath) -> float:
     return max(-0.5 * math.pi * slope, 1e-4 * float(amplitude.max()))
 
 
-def dry_friction(friction: Distribution, loss: float, tolerance: float) -> dict[str, Any]:
+def dry_friction(friction: Array, loss: float, tolerance: float, unit: str) -> dict[str, Any]:
     """Whether dry friction matters: the probability that it takes more than that share of the loss.
 
-    The ``loss`` is the friction that alone would explain that of amplitude, in the unit of the draws. The
+    The ``loss`` is the friction that alone would explain that of amplitude, in the ``unit`` of the draws. The
     upper limit is that of the draws that have any: with those that have none it would be zero as soon as
     these are 95 %.
     """
-    rubs = friction.draws[friction.draws > 0.0]
+    rubs = friction[friction > 0.0]
     return {
-        "probability": float(np.mean(friction.draws > tolerance * loss)),
+        "probability": float(np.mean(friction > tolerance * loss)),
         "upper95": float(np.quantile(rubs, 0.95)) if rubs.size else 0.0,
-        "unit": friction.unit,
+        "unit": unit,
     }

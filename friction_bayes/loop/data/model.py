@@ -111,17 +111,6 @@ class LoopModel:
         ends = np.array([c.coordinate_bounds for c in self.coordinates])
         return ends[:, 0], ends[:, 1]
 
-    @cached_property
-    def support(self) -> tuple[Array, Array]:
-        """Support of the prior of each coordinate, each of shape (p,)."""
-        ends = np.array([c.support for c in self.coordinates])
-        return ends[:, 0], ends[:, 1]
-
-    @cached_property
-    def prior_precision(self) -> Array:
-        """Prior precision of each coordinate, shape (p,): zero where its prior is uniform."""
-        return np.array([c.precision for c in self.coordinates])
-
     def within_bounds(self, z: Array) -> Array:
         """Coordinates moved back within their bounds."""
         return np.clip(z, *self.bounds)

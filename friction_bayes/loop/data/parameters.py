@@ -79,18 +79,13 @@ class Coordinate:
         return (value - p.location) / p.scale
 
     def at_score(self, score: float) -> float:
-        """Coordinate at the prior quantile of a normal score."""
+        """Prior quantile of a normal score."""
         if self.prior.family == "uniform":
-            return float(special.ndtr(score))
+            return float(self.value(float(special.ndtr(score))))
         # by the nearer tail: a probability next to one is rounded
         side = -1.0 if score > 0.0 else 1.0
         low, high = special.ndtr(sorted(side * end for end in self.support))
-        return side * float(special.ndtri(low + (high - low) * special.ndtr(side * score)))
-
-    @property
-    def precision(self) -> float:
-        """Prior precision of the coordinate."""
-        return 0.0 if self.prior.family == "uniform" else 1.0
+        return float(self.value(side * float(special.ndtri(low + (high - low) * special.ndtr(side * score)))))
 
     @property
     def coordinate_bounds(self) -> tuple[float, float]:

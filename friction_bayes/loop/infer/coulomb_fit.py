@@ -69,7 +69,8 @@ class CoulombFit:
     def at(cls, model: LoopModel, z: Array) -> CoulombFit | None:
         """Coordinates are moved within their bounds; None where the motion is not finite."""
         z = model.within_bounds(z)
-        predictions, residuals, noise2, objective = [], [], [], float(model.prior_precision @ (z * z))
+        # each coordinate has a standard normal prior
+        predictions, residuals, noise2, objective = [], [], [], float(z @ z)
         for r, segment in enumerate(model.segments):
             prediction = model.predict(z, r)
             if prediction is None:
@@ -92,7 +93,8 @@ class CoulombFit:
 
     def friction(self, rng: np.random.Generator, draws: int) -> Array:
         """Draws of friction [N or N m] by the normal approximation, cut to the support of its prior."""
-        drawn = truncated_draws(self.z, self.covariance, *self.model.support, rng, draws)
+        low, high = np.array([c.support for c in self.model.coordinates]).T
+        drawn = truncated_draws(self.z, self.covariance, low, high, rng, draws)
         return np.asarray(self.model.value(drawn, FRICTION))
 
     @cached_property
@@ -103,8 +105,7 @@ class CoulombFit:
 
     def curvature(self, steps: Array | None) -> tuple[Array, Array]:
         """Gauss and Newton's curvature of half the objective, and minus half its gradient."""
-        prior = self.model.prior_precision
-        precision, gradient = np.diag(prior), -prior * self.z
+        precision, gradient = np.eye(self.z.size), -self.z
         for r, segment in enumerate(self.model.segments):
             columns = prediction_derivatives(self.model, self.z, r, self.predictions[r], steps)
             columns[segment.ignored] = 0.0

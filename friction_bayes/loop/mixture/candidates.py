@@ -126,6 +126,10 @@ class Candidates:
         """From a model's friction to the reported one, by the frequency found."""
         return friction_factor(self.before.model, self.laws.frequency)
 
+    def scale(self, rng: np.random.Generator) -> Array:
+        """Draws of that factor."""
+        return scale_draws(self.before.model, self.laws.frequency, rng)
+
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
         """Each record under the most probable candidate."""
@@ -166,7 +170,7 @@ class Candidates:
             self.fit.alone,
             shift=self._friction - self.laws.friction,
             probability=self._differs,
-            scale=scale_draws(self.before.model, self.laws.frequency, DRAWS, rng_scale),
+            scale=self.scale(rng_scale),
             unit=self.unit,
             rng=rng_alone,
         )
@@ -230,17 +234,13 @@ class Candidates:
     @cached_property
     def mixture(self) -> CandidateMixture:
         """The posterior over all of them."""
-        laws, candidate = self.laws, self._candidate
         return CandidateMixture(
             sets=self.sets,
             probabilities=self.probabilities,
-            candidate=candidate,
+            candidate=self._candidate,
             friction=_moved(self._friction, self.shift, self._rng_draws),
-            frequency=laws.frequency,
-            random_force=laws.first.random_force,
-            correlation_time=laws.first.correlation_time,
-            coefficients=np.count_nonzero(laws.scores, axis=1),
-            squares=np.sum(laws.scores**2, axis=1),
+            random_force=self.laws.first.random_force,
+            scores=self.laws.scores,
         )
 
     @cached_property
@@ -381,15 +381,6 @@ class Candidates:
                     f"{left.jumps:.2g}, where 3 is normal): something slips or knocks now and then"
                 )
         return (*found, *self._contradictions)
-
-    @property
-    def fitted(self) -> tuple[int, float, int, int]:
-        """Of the first record: samples recorded, time of the last [s], turning points, samples set aside."""
-        fit = self.best[0]
-        last = float(fit.segment.time[fit.record.samples - 1])
-        recorded = ~fit.segment.in_gaps[: fit.record.samples]
-        aside = np.count_nonzero(recorded & ~fit.clock.used)
-        return int(np.count_nonzero(recorded)), last, fit.path.turning.size, int(aside)
 
     @cached_property
     def traces(self) -> tuple[RecordTrace, ...]:

@@ -72,42 +72,25 @@ class Cells:
 
     @cached_property
     def _sets(self) -> tuple[list[Names], Integers]:
-        """Distinct sets of effects, and the index of that of each set of columns, shape (m,)."""
-        different = list(dict.fromkeys(self.effects))
-        place = {names: i for i, names in enumerate(different)}
-        return different, np.array([place[names] for names in self.effects])
+        """Distinct sets of effects, force and noise included, and the index of each cell's, (j, g, m)."""
+        place = {names: i for i, names in enumerate(dict.fromkeys(self.effects))}
+        forces = frozenset[str](), frozenset({RANDOM_FORCE.name})
+        names = [law | force | noise for noise, force, law in product(self.noises, forces, place)]
+        index = np.arange(len(names)).reshape(len(self.noises), 2, len(place))
+        which = np.array([place[law] for law in self.effects])
+        return names, index[:, self.forced.astype(int)][:, :, which]
 
     @cached_property
     def probabilities(self) -> dict[Names, float]:
         """Probability of each candidate that counts."""
-        different, which = self._sets
-        found: dict[Names, float] = {}
-        for noise, weight in zip(self.noises, self.weight, strict=True):
-            for forced in (False, True):
-                some = weight[self.forced == forced].sum(axis=0)
-                sums = np.bincount(which, some, len(different))
-                for i in np.flatnonzero(sums > _LEAST * self.weight.sum()):
-                    found[self._names(different[i], forced, noise)] = float(sums[i])
-        return found
-
-    @staticmethod
-    def _names(effects: Names, forced: int, noise: Names) -> Names:
-        return effects | noise | ({RANDOM_FORCE.name} if forced else set())
+        names, index = self._sets
+        sums = np.bincount(index.ravel(), self.weight.ravel(), len(names))
+        return {names[i]: float(sums[i]) for i in np.flatnonzero(sums > _LEAST * sums.sum())}
 
     def places(self, sets: Sequence[Names]) -> Integers:
         """Index of the candidate that each cell belongs to, shape (j, g, m); -1 without one."""
-        different, which = self._sets
-        place = {names: i for i, names in enumerate(sets)}
-        table = np.array(
-            [
-                [
-                    [place.get(self._names(names, forced, noise), -1) for names in different]
-                    for forced in (0, 1)
-                ]
-                for noise in self.noises
-            ]
-        )
-        return np.asarray(table[:, self.forced.astype(int)][:, :, which])
+        place, (names, index) = {each: i for i, each in enumerate(sets)}, self._sets
+        return np.array([place.get(each, -1) for each in names])[index]
 
 
 def _unknowable(fit: ForceFit) -> set[str]:
@@ -181,25 +164,18 @@ class CandidateMixture:
         Which of them each draw has; -1 where that is not listed.
     friction : ndarray, shape (k,)
         Friction force of the declared system [N or N m].
-    frequency : ndarray, shape (k,)
-        Natural frequency [rad/s].
-    random_force, correlation_time : ndarray, shape (k,)
-        Sd of the random force [N or N m], zero without one, and its correlation time [s].
-    coefficients : ndarray of int, shape (k,)
-        How many coefficients of effects each draw has whose prior is normal.
-    squares : ndarray, shape (k,)
-        Sum of their squares, in variances of the prior.
+    random_force : ndarray, shape (k,)
+        Sd of the random force [N or N m]; zero without one.
+    scores : ndarray, shape (k, c)
+        Coefficients of effects in units of their prior sd; zero where the draw lacks one.
     """
 
     sets: tuple[Names, ...]
     probabilities: Array
     candidate: Integers
     friction: Array
-    frequency: Array
     random_force: Array
-    correlation_time: Array
-    coefficients: Integers
-    squares: Array
+    scores: Array
 
     def probability(self, name: str) -> float:
         """Probability that an effect acts."""
@@ -260,9 +236,9 @@ def prior_sensitivity(mixture: CandidateMixture, evaluated: int) -> dict[str, fl
     """
     # effects that are certain are in all sets, and make one factor; a draw without a set counts as of none
     effects = np.append([len(names) for names in mixture.sets], 0)[mixture.candidate]
+    count, squares = np.count_nonzero(mixture.scores, axis=1), np.sum(mixture.scores**2, axis=1)
     ratios = {
-        f"{factor:g}": -mixture.coefficients * math.log(factor) - 0.5 * mixture.squares * (factor**-2 - 1.0)
-        for factor in _FACTORS
+        f"{factor:g}": -count * math.log(factor) - 0.5 * squares * (factor**-2 - 1.0) for factor in _FACTORS
     } | {
         name: log_probability(effects, evaluated, expected) - log_probability(effects, evaluated)
         for name, expected in _EXPECTED.items()

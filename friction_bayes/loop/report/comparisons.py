@@ -19,7 +19,6 @@ from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.loop import settings
-from friction_bayes.loop.data.friction import Distribution
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
@@ -73,17 +72,13 @@ def validate_force(segment: Segment, measured: ArrayLike) -> Array:
     return force
 
 
-def compare_frictions(
-    after: Distribution, before: Distribution, friction: float | None
-) -> dict[str, Any] | None:
-    """Comparison with a friction known from elsewhere, if any."""
-    if friction is None:
-        return None
-    low, high = np.quantile(after.draws, TAILS)
+def compare_frictions(after: Array, before: Array, friction: float) -> dict[str, Any]:
+    """Comparison of draws with a friction known from elsewhere."""
+    low, high = np.quantile(after, TAILS)
     return {
         "friction": friction,
-        "error_before": float(before.draws.mean()) / friction - 1.0,
-        "error_after": float(after.draws.mean()) / friction - 1.0,
+        "error_before": float(before.mean()) / friction - 1.0,
+        "error_after": float(after.mean()) / friction - 1.0,
         "within_interval90": bool(low <= friction <= high),
     }
 
@@ -135,17 +130,14 @@ def _explained(measured: Array, model: Array) -> float:
     return 1.0 - float(np.mean((measured - model) ** 2)) / variance if variance > 0.0 else math.nan
 
 
-def paper_procedure(
-    model: LoopModel, z: Array, after: Distribution, effects: tuple[str, ...]
-) -> dict[str, Any]:
-    """Comparison of the paper's procedure with the final friction ``after``, on the first record.
+def paper_procedure(model: LoopModel, z: Array, after: Array, effects: tuple[str, ...]) -> dict[str, Any]:
+    """Comparison of the paper's procedure with draws of the final friction, on the first record.
 
     The model, at coordinates ``z``, shape (p,), is the final one with its ``effects``, or the nearest to it
     that can be simulated.
     """
     segment = model.segments[0]
-    friction = float(after.draws.mean())
-    sd = float(after.draws.std())
+    friction, sd = float(after.mean()), float(after.std())
     try:
         said = _read_off(model, segment.time, segment.values)
     except InputError as error:
@@ -180,7 +172,7 @@ def paper_procedure(
     because: list[str] = []
     for source in sources:
         because += effects if source == "effects" else [source]
-    if high - low > float(np.diff(np.quantile(after.draws, TAILS))[0]):
+    if high - low > float(np.diff(np.quantile(after, TAILS))[0]):
         because.append("telescoping_drops")
     if not measures:
         because.append("no_scatter")

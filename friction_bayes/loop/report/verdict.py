@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects import EFFECTS, NoiseEffect
 from friction_bayes.mechanics.effects.curved_sensor_drift import CURVED_SENSOR_DRIFT
@@ -25,7 +24,6 @@ __all__ = [
     "UNEXPLAINED",
     "credible_candidates",
     "credible_count",
-    "friction_range",
     "verdict",
 ]
 
@@ -77,17 +75,3 @@ def verdict(
     known = min(float(probabilities[agrees].sum()), rubs) >= least
     of_law = {name for name in effects - ADDED if not isinstance(EFFECTS[name], NoiseEffect)}
     return "adequate" if known and not of_law else AMBIGUOUS
-
-
-def friction_range(readings: Mapping[str, Array], factor: float, unit: str) -> dict[str, Any]:
-    """The report's ``friction_range``: lowest and highest mean of readings, and each reading.
-
-    Readings are draws of friction [N or N m] by what they are of, in words; ``factor`` times these is
-    reported.
-    """
-    each = [
-        {"what": what} | Summary.of_draws(factor * friction, unit).to_dict()
-        for what, friction in readings.items()
-    ]
-    means = [reading["mean"] for reading in each]
-    return {"low": min(means), "high": max(means), "unit": unit, "readings": each}

@@ -85,7 +85,7 @@ def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidate
     assert shares.sum() == pytest.approx(1.0)
     drawn = candidates.mixture
     own = vars(drawn).keys() - {"sets", "probabilities"}
-    assert all(getattr(drawn, name).shape == (DRAWS,) for name in own)
+    assert all(len(getattr(drawn, name)) == DRAWS for name in own)
     assert drawn.candidate.min() >= 0
     for i, p in enumerate(shares):
         # five standard errors, and what cells below 1e-4 hold together
@@ -93,7 +93,7 @@ def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidate
     forced = np.array(["random_force" in names for names in candidates.sets])
     np.testing.assert_array_equal(drawn.random_force > 0.0, forced[drawn.candidate])
     assert drawn.friction.min() >= 0.0
-    assert drawn.frequency.mean() == pytest.approx(SYSTEM.natural_frequency, rel=1e-2)
+    assert candidates.laws.frequency.mean() == pytest.approx(SYSTEM.natural_frequency, rel=1e-2)
     assert candidates.by_all_sets.mean() == pytest.approx(drawn.friction.mean(), rel=0.2)
 
 
@@ -114,10 +114,7 @@ def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> No
 def test_each_record_is_traced_and_forecast(candidates: Candidates) -> None:
     traces, forecasts = candidates.traces, candidates.forecasts
     assert len(traces) == len(forecasts) == records(candidates)
-    samples, last, turns, _ = candidates.fitted
-    assert traces[0].signal.size == samples
-    assert last == pytest.approx(traces[0].time[-1] - traces[0].time[0])
-    assert traces[0].turning_points.size == turns
+    assert traces[0].turning_points.size == candidates.best[0].path.turning.size
     for trace, predicted in zip(traces, forecasts, strict=True):
         assert trace.before.shape == trace.after.shape == trace.signal.shape
         near = np.sqrt(np.mean((trace.signal - trace.after) ** 2))
@@ -165,7 +162,7 @@ def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> N
     assert predicted is not None
     assert np.std(segment.values - predicted.signal) < 0.3 * segment.values.std()
     _, law, _, direction = candidates.resisting_force()
-    assert law.shape == direction.shape == (candidates.fitted[0],)
+    assert law.shape == direction.shape == candidates.traces[0].signal.shape
     between = candidates.between_records()
     assert (between is not None) == (records(candidates) > 1)
 
@@ -199,17 +196,14 @@ def test_candidates_agree_on_friction_each_by_itself(
 ) -> None:
     drawn = [(c, mean) for c, mean in enumerate(means) if not math.isnan(mean)]
     friction = np.concatenate([rng.normal(mean, sd, 500) for _, mean in drawn])
-    candidate, none = np.repeat([c for c, _ in drawn], 500), np.zeros(friction.size)
+    none = np.zeros(friction.size)
     mixture = CandidateMixture(
         sets=tuple(frozenset({f"effect_{c}"}) for c in range(len(means))),
         probabilities=np.full(len(means), 1.0 / len(means)),
-        candidate=candidate,
+        candidate=np.repeat([c for c, _ in drawn], 500),
         friction=friction,
-        frequency=none,
         random_force=none,
-        correlation_time=none,
-        coefficients=candidate,
-        squares=none,
+        scores=none[:, None],
     )
     assert mixture.same_friction(len(means)) == agree
 

@@ -19,8 +19,7 @@ def squares(fit: object, z: np.ndarray) -> float:
     for r, segment in enumerate(fit.model.segments):
         residual = (segment.values - fit.model.predict(z, r).signal)[segment.free]
         total += residual.size * np.log(residual @ residual)
-    precision = np.array([c.precision for c in fit.model.coordinates])
-    return float(total + precision @ (z * z))
+    return float(total + z @ z)
 
 
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
@@ -48,8 +47,7 @@ def test_curvature_is_that_of_least_squares() -> None:
 
     reference = least_squares(residual, fit.z, diff_step=1e-5, x_scale=np.sqrt(np.diag(fit.covariance)))
     assert np.all(np.abs(reference.x - fit.z) < 0.05 * np.sqrt(np.diag(fit.covariance)))
-    prior = np.diag([c.precision for c in fit.model.coordinates])
-    expected = np.linalg.inv(reference.jac.T @ reference.jac + prior)
+    expected = np.linalg.inv(reference.jac.T @ reference.jac + np.eye(fit.z.size))
     np.testing.assert_allclose(np.diag(fit.covariance), np.diag(expected), rtol=0.03)
 
 

@@ -16,7 +16,7 @@ from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.loop import LoopReport
 from friction_bayes.loop.build_report import reasons_against
 from friction_bayes.loop.report.next_experiment import WHETHER_IT_RUBS
-from friction_bayes.loop.report.verdict import credible_count, friction_range, verdict
+from friction_bayes.loop.report.verdict import credible_count, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()
@@ -190,15 +190,6 @@ def test_held_samples_measure_no_noise(seed: int) -> None:
         fields["residual"]["after"]["rms"],
     ):
         assert sd == pytest.approx(5e-4, rel=0.2)
-
-
-def test_the_range_of_friction_spans_the_means_of_its_readings() -> None:
-    rng = np.random.default_rng(3)
-    readings = {f"around {c}": rng.normal(c, 0.01, 500) for c in (1.0, 2.0, 4.0)}
-    reported = friction_range(readings, 10.0, "N")
-    assert reported["low"] == pytest.approx(10.0, abs=0.05)
-    assert reported["high"] == pytest.approx(40.0, abs=0.05)
-    assert reported["unit"] == "N"
 
 
 def test_friction_has_no_range_where_a_law_explains_the_record(seed: int) -> None:

@@ -20,33 +20,26 @@ def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> 
     rng = np.random.default_rng(7)
     variance = 1.0 / (1.0 + likelihood_sd**-2)
     value = rng.normal(variance * likelihood_mean / likelihood_sd**2, np.sqrt(variance), size)
-    nothing = np.zeros(size)
     return CandidateMixture(
         sets=ONE,
         probabilities=np.ones(1),
         candidate=np.zeros(size, dtype=int),
         friction=value,
-        frequency=nothing + 1.0,
-        random_force=nothing,
-        correlation_time=nothing,
-        coefficients=np.ones(size, dtype=int),
-        squares=value**2,
+        random_force=np.zeros(size),
+        scores=value[:, None],
     )
 
 
 def half_with_an_effect(size: int = 40_000) -> CandidateMixture:
-    """Every other draw has an effect, at its null, and friction that is larger by one."""
-    with_one, nothing = np.arange(size) % 2, np.zeros(size)
+    """Every other draw has an effect, next to its null, and friction that is larger by one."""
+    with_one = np.arange(size) % 2
     return CandidateMixture(
         sets=TWO,
         probabilities=np.full(2, 0.5),
         candidate=with_one,
         friction=with_one.astype(float),
-        frequency=nothing + 1.0,
-        random_force=nothing,
-        correlation_time=nothing,
-        coefficients=with_one,
-        squares=nothing,
+        random_force=np.zeros(size),
+        scores=1e-9 * with_one[:, None],
     )
 
 
@@ -101,17 +94,13 @@ def test_what_a_few_far_draws_decide_is_not_reported() -> None:
     """One draw in two thousand lies a hundred deviations off, and counts ten times as much."""
     rng = np.random.default_rng(3)
     friction, far = rng.standard_normal(4000), np.arange(4000) < 2
-    nothing = np.zeros(4000)
     some = CandidateMixture(
         sets=TWO,
         probabilities=np.full(2, 0.5),
         candidate=far.astype(int),
         friction=np.where(far, 100.0, friction),
-        frequency=nothing + 1.0,
-        random_force=nothing,
-        correlation_time=nothing,
-        coefficients=far.astype(int),
-        squares=nothing,
+        random_force=np.zeros(4000),
+        scores=1e-9 * far[:, None],
     )
     assert prior_sensitivity(some, ALL)["0.1"] is None
     assert prior_sensitivity(some, ALL)["10"] is not None
