@@ -25,7 +25,6 @@ from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import first_motion
-from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
 
 METHODS = ["normal-gamma", "gamma-exponential", "envelope", "waveform"]
@@ -103,7 +102,7 @@ class RandomForce:
             path, np.stack([-path.direction, -path.node_x, 0.0 * path.node_x + 1.0], axis=1)
         )
         columns = at_sensor(np.concatenate([initial_response(path.phase), forces], axis=2), self.row)
-        sets = all_sets(np.ones(5, np.bool_))
+        sets = np.ones((1, 5), np.bool_)
         regression = LawRegression(
             clock=self.clock,
             row=self.row,

@@ -10,6 +10,7 @@ from scipy.special import logsumexp
 from experiments.simulation.fit import LoopFit
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.noise_kinds import log_convention
 from friction_bayes.loop.infer.record_fit import ForceFit
 
@@ -26,7 +27,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     """
     rubs = fit.regression.sets[:, fit.law.frictions].any(axis=1)
     mine = rubs & np.array([names == effects for names in fit.sets])
-    alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
+    (alone,) = LawFit.of(fit).among((fit.posterior.ratio == 0.0)[:, None] & mine).fits
     if not np.all(np.isfinite(alone.coefficients)):
         # next to other sets without a force it cannot matter, so that its law was not looked at
         return -math.inf

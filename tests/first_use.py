@@ -19,7 +19,7 @@ from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import first_motion
-from friction_bayes.statespace.subset_evidence import all_sets, evaluate_sets
+from friction_bayes.statespace.subset_evidence import evaluate_sets
 
 __all__ = ["use_kernels"]
 
@@ -72,6 +72,6 @@ def _smooth_and_evaluate() -> None:
     states = force_response(path, -path.direction[:, None])
     friction = at_sensor(states, row, -path.expected_direction[:, None])
     columns = np.column_stack([np.cos(phase), np.sin(phase), friction, signal])
-    always, positive = np.array([True, True, False]), np.array([False, False, True])
-    sets = all_sets(always)
+    positive = np.array([False, False, True])
+    sets = np.array([[True, True, False], [True, True, True]])
     evaluate_sets(whiten(columns, clock, row, 0.5, 1.0), np.zeros(3), positive, sets, np.zeros(len(sets)))

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 import friction_bayes as fb
+from friction_bayes.loop.columns.effect_columns import LawColumn
 from friction_bayes.loop.columns.moving_record import MovingRecord
+from friction_bayes.loop.data.parameters import effect_coordinates
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.mechanics.effects import Scales
 
@@ -21,3 +23,10 @@ def moving_record(scales: Scales, *effects: str, block: int = 1) -> MovingRecord
     record = fb.make_record(time, values, scales.quantity.name)
     (segment,) = cut_records([record], system)
     return MovingRecord.of(replace(segment, values=values, block=block), system, effects, scales)
+
+
+def shape_of(column: LawColumn, scales: Scales) -> dict[str, float]:
+    """Values of the parameters that shape a column."""
+    shaping = {shape.name for shape in column.shape}
+    coordinates = effect_coordinates(column.effect, scales, 1)
+    return {c.name: c.at_score(column.score) for c in coordinates if c.name in shaping}

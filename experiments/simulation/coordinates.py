@@ -68,7 +68,7 @@ def _only_shapes(c: Coordinate) -> bool:
 def _bounds(c: Coordinate) -> tuple[float, float]:
     """A force that is linear in a parameter may be continued through its null; no other term may."""
     if not c.effect:
-        return c.coordinate_bounds
+        return c.bounds
     prior, parameter = c.prior, _parameter(c)
     if prior.family == "log-normal":
         # values beyond six prior standard deviations are not fitted

@@ -13,6 +13,13 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import coulomb_mode
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    NoiseEffect,
+    ProcessEffect,
+    SensorEffect,
+    in_catalogue_order,
+)
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
@@ -38,7 +45,7 @@ def simulated_fit(
     base = coulomb_mode(plain)
     if base is None:
         raise RuntimeError("no fit of the Coulomb model")
-    model = plain.with_effects(names)
+    model = LoopModel(system, (segment,), in_catalogue_order(list(filter(_changes_signal, names))))
     more = model.coordinates[base.z.size :]
     sizes = [c.coordinate(planted.get(f"{c.effect}.{c.name}", float(c.value(start_of(c))))) for c in more]
     turns = (0.0, 0.25, 0.5, 0.75) if any(map(is_angle, more)) else (0.0,)
@@ -49,3 +56,12 @@ def simulated_fit(
     if not fits:
         raise RuntimeError(f"no fit with {', '.join(names)}")
     return settle(min(fits, key=lambda fit: fit.objective))
+
+
+def _changes_signal(name: str) -> bool:
+    """Whether an effect changes the predicted signal: not if random, or acting after the noise."""
+    effect = EFFECTS[name]
+    return not (
+        isinstance(effect, NoiseEffect | ProcessEffect)
+        or (isinstance(effect, SensorEffect) and effect.after_noise)
+    )

@@ -33,7 +33,6 @@ from friction_bayes.statespace.positive_orthant import VECTORS, confine, confine
 __all__ = [
     "NestedSets",
     "SetEvidences",
-    "all_sets",
     "bound_sets",
     "evaluate_bounded",
     "evaluate_sets",
@@ -134,14 +133,6 @@ class _NormalEquations(NamedTuple):
     half: Array
     columns: Integers
     size: int
-
-
-def all_sets(always: Mask) -> Mask:
-    """Every set, shape (2**free, p), that contains the columns ``always``, shape (p,)."""
-    free = np.flatnonzero(~always)
-    sets = np.tile(always, (2**free.size, 1))
-    sets[:, free] = (np.arange(2**free.size)[:, None] >> np.arange(free.size)) & 1
-    return sets
 
 
 def nest(sets: Mask) -> NestedSets:

@@ -68,7 +68,6 @@ from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.response import at_sensor, response_at_sensor
 from friction_bayes.statespace.smoother import MOTION_KNOWN_TO, SmoothedMotion, first_motion
-from friction_bayes.statespace.subset_evidence import all_sets
 from friction_bayes.statespace.transition import initial_response
 
 __all__ = ["CORNER", "DRIFT", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
@@ -240,7 +239,9 @@ class Laid:
         With shapes as :data:`.other_forces.SHAPES` has them.
         """
         regression = self.regression
-        few = np.count_nonzero(regression.clock.used) < _least_samples(len(regression.names) + DISTINCT)
+        # below there is nothing to separate
+        least = 2 * (len(regression.names) + DISTINCT) + 2
+        few = np.count_nonzero(regression.clock.used) < least
         shapes = () if few or self.filter is not None else shapes
         friction, until = self.prepared.friction, self._until
         added = other_force_columns(self.path, self.regression.row, friction, until, shapes)
@@ -539,11 +540,6 @@ class PreparedDecay:
         return Laid(prepared=self, path=path, regression=regression, frequency=frequency)
 
 
-def _least_samples(coefficients: int) -> int:
-    """Least number of samples for a law of some coefficients: below there is nothing to separate."""
-    return 2 * coefficients + 2
-
-
 def _on_even_grid(decay: PlainDecay) -> PlainDecay:
     """The same with what :func:`places_on_grid` lacks: values are nan there, the motion as it was fitted."""
     index = places_on_grid(decay.time)
@@ -633,7 +629,7 @@ def _regression(
         target=signal - answered[:, 2],
         scale=scale,
         positive=np.zeros(size, np.bool_),
-        sets=all_sets(np.ones(size, np.bool_)),
+        sets=np.ones((1, size), np.bool_),
         log_prior=np.zeros(1),
         stiffness=names.index("stiffness"),
         motion=motion,

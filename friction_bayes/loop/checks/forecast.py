@@ -26,7 +26,7 @@ from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, dra
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.loop.report.result import Forecast, RecordTrace
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
 from friction_bayes.statespace.measured_path import stiffness_along
@@ -211,7 +211,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
                 friction *= max(level, 0.0)
             else:
                 stiffness *= level
-    model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
+    model = LoopModel(fit.record.system, (fit.segment,), in_catalogue_order(names))
     ratio = fit.w0 / fit.record.system.natural_frequency * frequency_change(draws.stiffness[k])
     ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}

@@ -52,22 +52,20 @@ _SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
 
 
 class Shape(NamedTuple):
-    """A parameter that shapes a column: where it is taken, and the values that this represents.
+    """A parameter that shapes a column: the values that it represents.
 
     Attributes
     ----------
     name : str
-    value : float
     low, high : float
         Ends of its part of the prior, halfway to its neighbours.
     score : float
-        The value as a normal score of the prior.
+        Where it is taken, as a normal score of the prior.
     weight : float
         Probability of that part.
     """
 
     name: str
-    value: float
     low: float
     high: float
     score: float = 0.0
@@ -273,7 +271,6 @@ def _shapes(
             # the parameters share the probability of the score, which the first of them has
             Shape(
                 c.name,
-                c.at_score(score),
                 c.at_score(edges[k]),
                 c.at_score(edges[k + 1]),
                 score=score,
@@ -381,7 +378,7 @@ def sensor_columns(
     sizes = coordinates[: len(coordinates) - len(shapes[0])]
     for taken in shapes:
         shape = tuple(
-            Shape(c.name, value, value, value, weight=1.0 / len(shapes) if j == 0 else 1.0)
+            Shape(c.name, value, value, weight=1.0 / len(shapes) if j == 0 else 1.0)
             for j, (c, value) in enumerate(zip(coordinates[len(sizes) :], taken, strict=True))
         )
         for j, c in enumerate(sizes):
@@ -416,11 +413,11 @@ def _shape_of_line(line: Line, duration: float) -> tuple[Shape, ...]:
     f, t = line.frequency, line.decay_time
     if line.steady:
         # a line off by more than a quarter of a turn over the record would be another one
-        return (Shape("frequency", f, f - 0.25 / duration, f + 0.25 / duration),)
+        return (Shape("frequency", f - 0.25 / duration, f + 0.25 / duration),)
     # uniform of the same standard deviation; that of the frequency is the same share of its half width
     reach = min(math.sqrt(3.0) * line.scatter, LOG_DECAY_TIME)
     apart = reach * line.half_width
     return (
-        Shape("frequency", f, f - apart, f + apart),
-        Shape("decay_time", t, t * math.exp(-reach), t * math.exp(reach)),
+        Shape("frequency", f - apart, f + apart),
+        Shape("decay_time", t * math.exp(-reach), t * math.exp(reach)),
     )

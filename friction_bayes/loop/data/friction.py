@@ -1,4 +1,4 @@
-"""Draws of the factor to the reported friction, and the friction that a loss of amplitude has."""
+"""The friction that a loss of amplitude has, and whether friction takes enough of it."""
 
 from __future__ import annotations
 
@@ -8,47 +8,13 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.declared_force import ForceFactor, common_factor
-from friction_bayes.decay.sensor_calibration import force_factors
-from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.statespace.measured_path import MeasuredPath
 
 __all__ = [
     "dry_friction",
     "friction_along",
-    "friction_factor",
     "friction_of_loss",
-    "scale_draws",
 ]
-
-
-def friction_factor(model: LoopModel, frequencies: Array) -> float:
-    """Factor from a model's friction to the reported one: the mean of what :func:`scale_draws` draws.
-
-    For what is reported beside friction, and compared with it.
-    """
-    quantity = model.segments[0].decay.quantity
-    return float(common_factor(_factors(model, frequencies)).factor) / model.system.force_factor(quantity)
-
-
-def scale_draws(model: LoopModel, frequencies: Array, rng: np.random.Generator) -> Array:
-    """Draws of the factor from a model's friction to the reported one, one each of the frequency [rad/s].
-
-    They include the uncertainty of mass and stiffness (see
-    :func:`friction_bayes.core.declared_force.declared_forces`). Of a signal that is not calibrated only
-    friction in the unit of the signal can be reported.
-    """
-    normal = rng.standard_normal(frequencies.size)
-    scales = [f * (1.0 + relative * normal) for f, relative in _factors(model, frequencies)]
-    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=normal.size), scales)
-    return np.asarray(drawn / model.system.force_factor(model.segments[0].decay.quantity))
-
-
-def _factors(model: LoopModel, frequencies: Array) -> tuple[ForceFactor, ...]:
-    """Equally probable factors from the signal's friction coefficient to friction, of these frequencies."""
-    decay = model.segments[0].decay
-    found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
-    return force_factors(model.system, decay.quantity, decay.unit, found, sd)
 
 
 def friction_of_loss(turning_points: Array) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,12 +25,9 @@ from friction_bayes.loop.data.parameters import (
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.mechanics.effects import (
     EFFECTS,
-    NoiseEffect,
-    ProcessEffect,
     Scales,
     SensorEffect,
     force_vector,
-    in_catalogue_order,
 )
 from friction_bayes.mechanics.integrate import propagator
 
@@ -63,15 +60,6 @@ class Prediction:
     stop_time: float
 
 
-def _changes_signal(name: str) -> bool:
-    """Whether an effect changes the predicted signal: not if random, or acting after the noise."""
-    effect = EFFECTS[name]
-    return not (
-        isinstance(effect, NoiseEffect | ProcessEffect)
-        or (isinstance(effect, SensorEffect) and effect.after_noise)
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class LoopModel:
     """Coulomb friction on a spring with a set of effects, for some records of one system.
@@ -81,7 +69,7 @@ class LoopModel:
     system : Oscillator
     segments : tuple of Segment
     effects : tuple of str
-        Effects that change the signal.
+        Effects that change the signal, in the catalogue's order.
     """
 
     system: Oscillator
@@ -108,7 +96,7 @@ class LoopModel:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the coordinates in a fit, each of shape (p,)."""
-        ends = np.array([c.coordinate_bounds for c in self.coordinates])
+        ends = np.array([c.bounds for c in self.coordinates])
         return ends[:, 0], ends[:, 1]
 
     def within_bounds(self, z: Array) -> Array:
@@ -154,11 +142,6 @@ class LoopModel:
         """
         order = self.segments[0].order
         return self.system.moving * ratio ** (order - 2), self.system.stiffness * ratio**order
-
-    def with_effects(self, names: Collection[str]) -> LoopModel:
-        """The same records with those of some effects that change the signal, in the catalogue's order."""
-        effects = filter(_changes_signal, in_catalogue_order(names))
-        return LoopModel(self.system, self.segments, tuple(effects))
 
     def of_first_samples(self, samples: Sequence[int]) -> LoopModel:
         """The same model, priors included, of the first samples of each record."""

@@ -47,7 +47,7 @@ class Coordinate:
     prior : Prior
         Weak prior of the value.
     bounds : tuple of float
-        Values between which a fit looks for it.
+        Coordinates between which a fit looks for it.
     effect : str
         The effect it belongs to; empty for friction, frequency and state.
     record : int
@@ -88,12 +88,6 @@ class Coordinate:
         return float(self.value(side * float(special.ndtri(low + (high - low) * special.ndtr(side * score)))))
 
     @property
-    def coordinate_bounds(self) -> tuple[float, float]:
-        """The bounds as coordinates."""
-        low, high = (end if math.isinf(end) else self.coordinate(end) for end in self.bounds)
-        return low, high
-
-    @property
     def support(self) -> tuple[float, float]:
         """Prior support of the coordinate."""
         p = self.prior
@@ -129,12 +123,12 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
         Coordinate(
             name=FRICTION,
             prior=Prior("normal", 0.0, friction, 0.0),
-            bounds=(1e-6 * friction, math.inf),
+            bounds=(1e-6, math.inf),
         ),
         Coordinate(
             name=LOG_FREQUENCY_RATIO,
             prior=Prior("normal", 0.0, settings.SETTINGS.frequency_sd),
-            bounds=(-1.2, 1.2),
+            bounds=(-1.2 / settings.SETTINGS.frequency_sd, 1.2 / settings.SETTINGS.frequency_sd),
         ),
     )
     wide = settings.SETTINGS.state_share * scales.amplitude
@@ -144,7 +138,7 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
             name=name,
             record=r,
             prior=Prior("normal", 0.0, scale),
-            bounds=(-20.0 * scale, 20.0 * scale),
+            bounds=(-20.0, 20.0),
         )
         for r in range(records)
         for name, scale in ((DISPLACEMENT, wide), (VELOCITY, fast))

@@ -176,7 +176,8 @@ class CoulombStart(NamedTuple):
 def coulomb_start(record: MovingRecord) -> CoulombStart | None:
     """The simulated motion of the Coulomb law that fits the samples of a record best.
 
-    None where no such law can be fitted, or its mass stops or does not turn within the samples.
+    None where no such law can be fitted, or its mass does not turn within the samples, or stops: nothing is
+    linear about a mass at rest.
     """
     n = record.samples
     model = LoopModel(record.system, (record.segment,), (SENSOR_OFFSET.name,))

@@ -112,11 +112,6 @@ class ForceFit(LawAlongMotion):
         force = self.posterior.ratio > 0.0
         return float(logsumexp(logs[force]) - logsumexp(logs[~force])) if force.any() else -math.inf
 
-    def among(self, cells: Mask) -> ForceFit:
-        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
-        posterior = self.posterior.among(cells)
-        return self.under(posterior, posterior.best_law())
-
     def under(self, posterior: Posterior, coefficients: Array) -> ForceFit:
         """The same under another posterior, its motion smoothed with the law of these coefficients."""
         motion = self.regression.smoothed(coefficients, posterior.best)

@@ -25,7 +25,6 @@ from friction_bayes.estimators.noise.recording_filters import RecordingFilter, b
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO, LawBefore
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.data.friction import friction_along
-from friction_bayes.loop.infer.coulomb_fit import CoulombStart
 from friction_bayes.loop.infer.finer_columns import finer_shapes, lines_in_residual, lines_kept
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks, next_knock
@@ -84,26 +83,13 @@ class Round:
     motion_without_force: bool = False
 
     @classmethod
-    def first(cls, whole: MovingRecord) -> Round | None:
-        """Along the motion before any law is known; None where that holds too few turning points."""
-        return cls._starting(whole, *whole.first_motion())
-
-    @classmethod
-    def about_coulomb(cls, whole: MovingRecord, start: CoulombStart | None) -> Round | None:
-        """Along the motion ``start`` that fits best under Coulomb friction alone; None without one.
-
-        A motion that stops within the record does not count: nothing is linear about a mass at rest.
-        """
-        return None if start is None else cls._starting(whole, *start)
-
-    @classmethod
-    def _starting(
-        cls,
-        whole: MovingRecord,
-        w0: float,
-        motion: SmoothedMotion,
-        about: LawBefore | None = None,
+    def starting(
+        cls, whole: MovingRecord, w0: float, motion: SmoothedMotion, about: LawBefore | None = None
     ) -> Round | None:
+        """Along a motion in units of ``w0`` [rad/s], that of a law ``about`` which others are linear, if any.
+
+        None where it holds too few turning points.
+        """
         none = np.zeros(whole.samples, np.bool_)
         whole, found = _law_along(whole, none, motion, w0, (), about)
         if found is None:
@@ -137,8 +123,7 @@ class Round:
         found = self._posterior.log_evidence + self.whole.error.log_volume
         if self.whole.filter is not None:
             found += self.whole.filter.log_prior
-        if self.whole.jump is not None:
-            found += log_odds_of_knocks(self.whole.jump)
+        found += log_odds_of_knocks(self.found.clock.jumps)
         if self.motion_without_force:
             found += math.log(self.found.prior.none)
         return found - used * self.whole.segment.order * math.log(self.found.w0)
@@ -152,11 +137,13 @@ class Round:
     def _law(self) -> Array:
         return self._posterior.best_law()
 
-    @property
+    @cached_property
     def leaves_nothing(self) -> bool:
         """Whether the residual of the law is white noise, without a knock or a probable random force."""
-        knocked = self.whole.jump is not None and self.whole.jump.any()
-        return self._best.ratio == 0.0 and not knocked and self.leaves_white
+        regression = self.found.regression
+        if self._best.ratio > 0.0 or regression.clock.jumps.any():
+            return False
+        return whiteness(regression.innovations(self._law, 0.0, self._best.tau)[regression.clock.used]).white
 
     @property
     def is_dry_friction_alone(self) -> bool:
@@ -167,13 +154,6 @@ class Round:
     def acting(self) -> frozenset[str]:
         """Effects of its most probable law."""
         return self.found.sets[self._best.row]
-
-    @cached_property
-    def leaves_white(self) -> bool:
-        """Whether the residual of law and random force is white noise."""
-        best, regression = self._best, self.found.regression
-        left = regression.innovations(self._law, best.ratio, best.tau)[regression.clock.used]
-        return whiteness(left).white
 
     def following(self) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
@@ -247,13 +227,6 @@ class Round:
         noise = sensor_noise(self.left, phase, fitted, floor, even=clock.even)
         return Colour(noise.colour, noise.coloured_floor)
 
-    @property
-    def may_be_coloured(self) -> bool:
-        """Whether the residual is coloured, and exceeds the sensor's rounding."""
-        regression = self.found.regression
-        audible = self._best.noise > _AUDIBLE * regression.least_noise
-        return audible and regression.clock.even and self._colour is not None
-
     def among(self, allowed: tuple[str, ...]) -> Round | None:
         """The same where these effects may act."""
         return self._again(replace(self.whole, allowed=allowed))
@@ -270,8 +243,13 @@ class Round:
         return replace(self, whole=self.whole.setting_aside(samples), found=found)
 
     def in_its_colour(self) -> Round | None:
-        """The same under noise of the colour of its law's residual, whatever explains that."""
-        colour = self._colour
+        """The same under noise of the colour of its law's residual, whatever explains that.
+
+        None where that is white, or the sensor's rounding.
+        """
+        regression = self.found.regression
+        audible = self._best.noise > _AUDIBLE * regression.least_noise
+        colour = self._colour if audible and regression.clock.even else None
         return None if colour is None else self._under(colour)
 
     def _under(self, error: Colour) -> Round | None:

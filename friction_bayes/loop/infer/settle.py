@@ -55,7 +55,7 @@ def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
 
 def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
     """The law in which the rounds of a record end."""
-    first = Round.first(whole)
+    first = Round.starting(whole, *whole.first_motion())
     still = _settled(first)
     if whole.filter is not None:
         return None if still is None else _settled(still.in_its_colour_near_motion()) or still
@@ -63,7 +63,7 @@ def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
     if still is None or not still.with_force.leaves_nothing:
         # step by step a law may not reach an optimum far from its start
         coulomb = coulomb_start(whole)
-        still = _better(still, _settled(Round.about_coulomb(whole, coulomb)))
+        still = _better(still, _settled(_about_coulomb(whole, coulomb)))
     still = _better(still, _without_drift(still))
     latest = _with_force(first, still)
     if latest is not None and still is not None and whole.noise != "white":
@@ -71,6 +71,10 @@ def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
         if best is not latest:
             latest = _settled(best.in_its_colour_near_motion()) or latest
     return _with_knocks(latest)
+
+
+def _about_coulomb(whole: MovingRecord, start: CoulombStart | None) -> Round | None:
+    return None if start is None else Round.starting(whole, *start)
 
 
 def _without_drift(still: Round | None) -> Round | None:
@@ -132,9 +136,7 @@ def _coloured(still: Round) -> Round | None:
     """The law under coloured noise; None where the spectrum shows none, and none is requested."""
     decay = still.whole.segment.decay
     shows = still.whole.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
-    if not (shows and still.may_be_coloured):
-        return None
-    return _settled(still.in_its_colour())
+    return _settled(still.in_its_colour()) if shows else None
 
 
 def _behind_filter(still: Round, coulomb: CoulombStart | None, *, high_passes: bool) -> Round | None:
@@ -142,7 +144,7 @@ def _behind_filter(still: Round, coulomb: CoulombStart | None, *, high_passes: b
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
-    latest, best = Round.about_coulomb(still.whole, coulomb) or still, None
+    latest, best = _about_coulomb(still.whole, coulomb) or still, None
     for _ in range(_MOST_FILTERS):
         behind = latest.behind_filters(high_passes=high_passes)
         if latest.whole.filter in [each.whole.filter for each in behind]:
@@ -153,7 +155,7 @@ def _behind_filter(still: Round, coulomb: CoulombStart | None, *, high_passes: b
         latest, best = settled, _better(best, settled)
     if best is None:
         return None
-    return _better(best, _settled(best.in_its_colour()) if best.may_be_coloured else None)
+    return _better(best, _settled(best.in_its_colour()))
 
 
 def _holds_against(one: Round, other: Round) -> bool:

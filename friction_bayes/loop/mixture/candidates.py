@@ -12,8 +12,10 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.declared_force import ForceFactor, common_factor
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
+from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.between_records import contradictions, friction_between_records
@@ -22,7 +24,6 @@ from friction_bayes.loop.checks.forecast import forecast, forecast_errors
 from friction_bayes.loop.checks.noise_tests import ResidualTests, worst_of
 from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.checks.witnesses import two_witnesses
-from friction_bayes.loop.data.friction import friction_factor, scale_draws
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
@@ -122,13 +123,29 @@ class Candidates:
         return draw_laws(self.fit, self._rng_draws, DRAWS, self._weight)
 
     @cached_property
+    def _factors(self) -> tuple[float, tuple[ForceFactor, ...]]:
+        """On the signal's friction coefficient: to a model's friction, and to the reported one.
+
+        The latter, by the frequency found, are equally probable; of a signal that is not calibrated friction
+        is in the unit of the signal.
+        """
+        model, found = self.before.model, self.laws.frequency
+        system, decay, sd = model.system, model.segments[0].decay, float(found.std(ddof=1))
+        factors = force_factors(system, decay.quantity, decay.unit, float(found.mean()), sd)
+        return system.force_factor(decay.quantity), factors
+
+    @cached_property
     def factor(self) -> float:
-        """From a model's friction to the reported one, by the frequency found."""
-        return friction_factor(self.before.model, self.laws.frequency)
+        """Mean factor from a model's friction to the reported one, for what is compared with friction."""
+        of_model, factors = self._factors
+        return float(common_factor(factors).factor) / of_model
 
     def scale(self, rng: np.random.Generator) -> Array:
-        """Draws of that factor."""
-        return scale_draws(self.before.model, self.laws.frequency, rng)
+        """Draws of that factor, with the uncertainty of mass and stiffness."""
+        normal, (of_model, factors) = rng.standard_normal(DRAWS), self._factors
+        scales = [f * (1.0 + relative * normal) for f, relative in factors]
+        drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=DRAWS), scales)
+        return np.asarray(drawn / of_model)
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:

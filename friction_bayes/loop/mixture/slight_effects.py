@@ -103,12 +103,6 @@ class SlightEffect:
         return cls(probability, mean, sd, low, high, follow)
 
 
-def slight_effects_lacking(effects: Iterable[str]) -> list[str]:
-    """Names of the nuisances in addition to a candidate with these effects."""
-    present = set(effects)
-    return [name for name in _SLIGHT_EFFECTS if not present & {name, *EFFECTS[name].excludes}]
-
-
 def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:
     """Draws of a candidate's friction, shape (k,), each nuisance acting on its share of them.
 
@@ -147,7 +141,9 @@ def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
     rubs = columns & np.isin(np.arange(columns.size), law.frictions)
     if not rubs.any():
         return
-    for name in slight_effects_lacking(effects):
+    for name in _SLIGHT_EFFECTS:
+        if effects & {name, *EFFECTS[name].excludes}:
+            continue
         for j in chain(*law.alternatives(name)):
             if problem.own[j]:
                 continue

@@ -47,8 +47,7 @@ def _resisting_force(fit: CoulombFit) -> Array:
     """
     model = fit.model
     moved = model.predict_at(fit.z, 0, model.segments[0].time, order=2)
-    if moved is None:
-        raise InputError(model.segments[0].decay.name, "the motion does not stay finite", "look at the fit")
+    assert moved is not None
     mass, stiffness = model.mass_and_stiffness(math.exp(float(model.value(fit.z, LOG_FREQUENCY_RATIO))))
     x = np.sin(moved.displacement) if model.system.pendulum else moved.displacement
     return np.asarray(-(mass * moved.clean + stiffness * x))

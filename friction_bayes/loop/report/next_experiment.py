@@ -31,6 +31,7 @@ from friction_bayes.loop.data.parameters import (
     VELOCITY,
 )
 from friction_bayes.loop.infer.law_draws import DrawnLaws
+from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
@@ -123,16 +124,16 @@ class Contender:
         return self.random_force / (stiffness * noise), max(self.correlation_time * frequency, 1e-6)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Proposal:
-    """A further record: release and length over the present one's, and the derivative that is measured.
+    """A further record: where it is released from rest, when it is sampled, and which derivative.
 
     The expected log Bayes factor is of the most probable candidate against the rival.
     """
 
     what: str
-    amplitude: float
-    duration: float
+    largest: float
+    time: Array
     order: int
     log_bayes_factor: float = 0.0
 
@@ -169,17 +170,18 @@ def _difference_in_friction(candidates: Sequence[Contender]) -> str:
 
 def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
     """Scores of the experiments on a pair of candidates."""
-    order, turns = truth.model.segments[0].order, truth.model.system.angular
+    segment, turns = truth.model.segments[0], truth.model.system.angular
+    order, amplitude = segment.order, truth.model.scales.amplitude
+    once, twice = (segment.decay.step * np.arange(times * segment.values.size) for times in (1, 2))
     if order == 2:
-        other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", 1.0, 1.0, 0)
+        other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", amplitude, once, 0)
     else:
-        other = Proposal(
-            f"a record of the {'angular acceleration' if turns else 'acceleration'}", 1.0, 1.0, 2
-        )
+        measured = "angular acceleration" if turns else "acceleration"
+        other = Proposal(f"a record of the {measured}", amplitude, once, 2)
     options = [
-        Proposal("a record released from half the amplitude", 0.5, 1.0, order),
-        Proposal("a record released from twice the amplitude", 2.0, 1.0, order),
-        Proposal("a record twice as long", 1.0, 2.0, order),
+        Proposal("a record released from half the amplitude", 0.5 * amplitude, once, order),
+        Proposal("a record released from twice the amplitude", 2.0 * amplitude, once, order),
+        Proposal("a record twice as long", amplitude, twice, order),
         other,
     ]
     return [replace(option, log_bayes_factor=_score(truth, rival, option)) for option in options]
@@ -187,9 +189,9 @@ def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
 
 def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
     """Expected log Bayes factor of a proposed record; zero where a motion does not stay finite."""
-    time = _times(truth, option)
-    target = truth.model.predict_at(truth.z, 0, time, _release(truth, option), option.order)
-    predicted = rival_prediction(truth, rival, option)
+    time = option.time
+    target = truth.model.predict_at(truth.z, 0, time, (option.largest, 0.0), option.order)
+    predicted = rival_prediction(rival, option)
     if target is None or predicted is None:
         return 0.0
     base, jacobian, covariance = predicted
@@ -214,30 +216,15 @@ def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
     return expected_log_bayes_factor(whitened[:, 0], whitened[:, 1:], covariance) + scatter
 
 
-def _times(truth: Contender, option: Proposal) -> Array:
-    """Sample times of a proposed record, shape (n,)."""
-    segment = truth.model.segments[0]
-    samples = round(segment.values.size * option.duration)
-    return np.asarray(segment.decay.step * np.arange(samples), dtype=np.float64)
-
-
-def _release(truth: Contender, option: Proposal) -> tuple[float, float]:
-    """Displacement and velocity from which it starts."""
-    return truth.model.scales.amplitude * option.amplitude, 0.0
-
-
-def rival_prediction(
-    truth: Contender, rival: Contender, option: Proposal
-) -> tuple[Prediction, Array, Array] | None:
+def rival_prediction(rival: Contender, option: Proposal) -> tuple[Prediction, Array, Array] | None:
     """Prediction of a proposed record by a rival; None where its motion is not finite.
 
     With the derivatives of its signal in the rival's law and in the initial displacement and velocity, both
     in amplitudes, shape (n, q), and the covariance of these before the record, (q, q).
     """
-    model, time, release = rival.model, _times(truth, option), _release(truth, option)
-    largest = release[0]
+    model, time, largest = rival.model, option.time, option.largest
     fast = largest * model.system.natural_frequency
-    base = model.predict_at(rival.z, 0, time, release, option.order)
+    base = model.predict_at(rival.z, 0, time, (largest, 0.0), option.order)
     if base is None:
         return None
 
@@ -257,7 +244,7 @@ def rival_prediction(
         step = min(_STEP, 0.1 * math.sqrt(posterior[j, j]))
         moved = rival.z.copy()
         moved[j] += step
-        columns.append(change(moved, release, step))
+        columns.append(change(moved, (largest, 0.0), step))
     columns.append(change(rival.z, (largest + _STATE_STEP * largest, 0.0), _STATE_STEP))
     columns.append(change(rival.z, (largest, _STATE_STEP * fast), _STATE_STEP))
     covariance = block_diag(posterior[np.ix_(law, law)], settings.SETTINGS.state_share**2 * np.eye(2))
@@ -334,7 +321,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     if np.count_nonzero(mine) < 2:
         return None
     names = fit.sets[shape]
-    model = LoopModel(fit.record.system, (fit.segment,)).with_effects(names)
+    model = LoopModel(fit.record.system, (fit.segment,), in_catalogue_order(names))
     declared = fit.w0 / fit.record.system.natural_frequency
     change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
     values = {

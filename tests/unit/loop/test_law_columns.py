@@ -15,7 +15,7 @@ from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.motion import Motion
 from friction_bayes.statespace.measured_path import MeasuredPath
-from moving import moving_record
+from moving import moving_record, shape_of
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 W0, DURATION, RATE = SYSTEM.natural_frequency, 5.0, 200.0
@@ -57,7 +57,7 @@ def test_columns_are_the_derivatives_of_the_simulated_motion(name: str, quantity
     shapes = still.alternatives(name)
     chosen = shapes[len(shapes) // 2][0]
     column, (parameter, value) = still.columns[chosen], LAWS[name]
-    shape = {each.name: each.value for each in column.shape}
+    shape = shape_of(column, scales)
 
     def motion(size: float = 1.0, friction: float = FRICTION, x: float = RELEASE, v: float = SPEED) -> Motion:
         """At the size of the coefficient over that of the law, which may be the parameter times friction."""

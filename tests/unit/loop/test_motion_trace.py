@@ -18,7 +18,7 @@ def test_turning_points_of_a_law_without_a_force_do_not_fluctuate(rng: np.random
         sensed(motion + 2e-5 * rng.standard_normal(motion.size)), ("viscous_damping", "random_force")
     )
     plain = np.array([not names for names in fit.sets]) & fit.regression.sets[:, fit.law.dry_friction]
-    alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & plain)
+    (alone,) = LawFit.of(fit).among((fit.posterior.ratio == 0.0)[:, None] & plain).fits
     before = fit_coulomb(SYSTEM, (fit.segment,))
     draws = draw_laws(LawFit.of(alone), rng, 100).first
     trace = motion_trace(alone, before, 0, draws, factor=1.0, fluctuates=False)

@@ -64,9 +64,7 @@ def test_scores_are_those_of_the_predictive_distributions(tied: tuple[Contender,
     names = [c.name for c in rival.model.coordinates]
     law = [names.index(name) for name in ("friction", "log_frequency_ratio", "relative_change")]
     for proposal in proposals(truth, rival):
-        largest = proposal.amplitude * truth.model.scales.amplitude
-        size = round(proposal.duration * truth.model.segments[0].values.size)
-        time = truth.model.segments[0].decay.step * np.arange(size)
+        largest, time = proposal.largest, proposal.time
 
         def signal(fit: Contender, law_shift: np.ndarray, state_shift: np.ndarray) -> np.ndarray:
             z = fit.z.copy()
@@ -88,8 +86,8 @@ def test_scores_are_those_of_the_predictive_distributions(tied: tuple[Contender,
         covariance[:3, :3] = rival.covariance[np.ix_(law, law)]
         # natural frequency 10 rad/s: the same noise in the acceleration is a hundred times as large
         sd = truth.noise_sd * 10.0**proposal.order
-        predictive = sd**2 * np.eye(size) + jacobian @ covariance @ jacobian.T
-        predicted = rival_prediction(truth, rival, proposal)
+        predictive = sd**2 * np.eye(time.size) + jacobian @ covariance @ jacobian.T
+        predicted = rival_prediction(rival, proposal)
         assert predicted is not None
         if proposal.order == 0:
             # a score hardly depends on the size of columns that the record itself determines: each by itself

@@ -27,7 +27,7 @@ from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.statespace.measured_path import MeasuredPath
-from moving import moving_record
+from moving import moving_record, shape_of
 
 DURATION, RATE, FRICTION, RELEASE = 6.0, 200.0, 0.5, 0.02
 TIME = np.arange(int(DURATION * RATE)) / RATE
@@ -62,7 +62,7 @@ def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
     still = columns_along(RELEASE * np.cos(w0 * TIME), -w0 * RELEASE * np.sin(w0 * TIME))
     chosen = still.alternatives(name)[len(still.alternatives(name)) // 2]
     column = still.columns[chosen[0]]
-    parameters = {shape.name: shape.value for shape in column.shape}
+    parameters = shape_of(column, SCALES)
     if name in LINEAR:
         parameters[column.parameter] = LINEAR[name]
     effects = {f"{name}.{key}": value for key, value in parameters.items()}

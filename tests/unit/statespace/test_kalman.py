@@ -35,7 +35,6 @@ from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import SmoothedMotion, first_motion
 from friction_bayes.statespace.subset_evidence import (
     SetEvidences,
-    all_sets,
     bound_sets,
     evaluate_bounded,
     evaluate_sets,
@@ -71,6 +70,14 @@ def piecewise_even_clock(rng: np.random.Generator, bent: bool) -> Clock:
     phase = np.cumsum(np.repeat([0.3, 0.7, 0.3], (40, 30, 50)))
     variance = np.repeat([1.0, np.inf, 1.0, 4.0], (20, 2, 68, 30))
     return Clock.of(phase, variance, stiffnesses(119, bent))
+
+
+def all_sets(always: Mask) -> Mask:
+    """Every set, shape (2**free, p), that contains the columns ``always``, shape (p,)."""
+    free = np.flatnonzero(~always)
+    sets = np.tile(always, (2**free.size, 1))
+    sets[:, free] = (np.arange(2**free.size)[:, None] >> np.arange(free.size)) & 1
+    return sets
 
 
 def row_of(sensor: int, samples: int) -> Array:
