@@ -46,5 +46,5 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     value += float(densities[fit.record.samples :].sum())
     used = fit.clock.used
     left = fit.left_out(alone.coefficients, point)
-    value += left.log_factor(used, outliers=noise.contaminated)
+    value += left.log_factor(used, outliers=noise.outliers is not None)
     return float(weight - prior) + value

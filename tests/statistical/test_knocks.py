@@ -96,7 +96,7 @@ def test_wrong_samples_in_a_row_are_none(force: float, rng: np.random.Generator)
         off[start : start + 4] += 3000.0 * WHITE
     fit = fitted(sensed(motion + off, 2), (*OFFERED, "outliers"))
     assert not knock_times(fit)
-    assert fit.sensor_noise.contaminated
+    assert fit.sensor_noise.outliers is not None
 
 
 @pytest.mark.parametrize(("lasts", "order"), [(0.55, 2), (0.8, 0)])

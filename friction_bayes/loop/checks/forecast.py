@@ -139,7 +139,7 @@ def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) ->
     laws += shifts[finite]
     middle = laws.mean(axis=0)
     noise = np.full(middle.size, first.noise_sd)
-    if first.growth is not None and first.growth.found:
+    if first.growth is not None:
         about_rest = middle - segment.decay.rest_position
         grown = first.growth.effect.grows_with(about_rest, np.gradient(middle, time))
         noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)

@@ -90,10 +90,6 @@ class LoopModel:
         )
 
     @cached_property
-    def _positions(self) -> dict[tuple[str, str, int], int]:
-        return {(c.effect, c.name, c.record): j for j, c in enumerate(self.coordinates)}
-
-    @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the coordinates in a fit, each of shape (p,)."""
         ends = np.array([c.bounds for c in self.coordinates])
@@ -105,7 +101,8 @@ class LoopModel:
 
     def index(self, name: str, *, effect: str = "", record: int = SHARED) -> int:
         """Position of a parameter in the vector of coordinates."""
-        return self._positions[effect, name, record]
+        wanted = effect, name, record
+        return next(j for j, c in enumerate(self.coordinates) if (c.effect, c.name, c.record) == wanted)
 
     def value(self, z: Array, name: str) -> Array:
         """Value of a parameter of the law at coordinates of shape (..., p)."""

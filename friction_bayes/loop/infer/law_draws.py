@@ -169,7 +169,7 @@ def unit_force(fit: ForceFit, stiffness: Array) -> Array:
 
 
 def _noise_growth(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Array:
-    if fit.growth is None or not fit.growth.found:
+    if fit.growth is None:
         return np.zeros_like(noise)
     scatter = np.exp(fit.growth.log_sd * rng.standard_normal(noise.size))
     # as the noise, of a sample: those of a block were averaged

@@ -42,20 +42,14 @@ _STENCIL = 0.1
 class NoiseKinds:
     """The kinds of noise that were evaluated, by their effects, and the one that the posterior takes.
 
-    Log odds, priors included, are against white noise alone, which comes first. The growth is the most
-    probable, None where none may act; outliers are about what all other samples predict, None where not
-    evaluated.
+    Log odds, priors included, are against white noise alone, which comes first. Growth and outliers are those
+    of the one taken, None where it has none; outliers are about what all other samples predict.
     """
 
     log_odds: Mapping[frozenset[str], float]
     effects: frozenset[str]
     growth: NoiseGrowth | None
     outliers: NoiseFit | None
-
-    @property
-    def contaminated(self) -> bool:
-        """Whether there are outliers under the most probable."""
-        return OUTLIERS.name in self.effects
 
     @property
     def log_total(self) -> float:
@@ -75,7 +69,7 @@ class NoiseKinds:
 
     def sd_of_samples(self, sd: Array) -> Array:
         """Standard deviation of the noise, outliers included, where that of the others is ``sd``."""
-        if self.outliers is None or not self.contaminated:
+        if self.outliers is None:
             return sd
         fraction = self.outliers.fraction
         return np.asarray(np.sqrt((1.0 - fraction) * sd**2 + fraction * self.outliers.scale**2))
@@ -102,13 +96,13 @@ def evaluate_sensor_noise(
         evaluated += _given_samples(cleaned, contaminated=True)
     best, white = max(evaluated, key=lambda each: each.log_weight), evaluated[0].log_weight
     posterior = best.posterior
-    if best.growth is not None and best.growth.found:
+    if best.growth is not None:
         posterior = integrate_force(best.along.problem, along.prior)
     noise = NoiseKinds(
         log_odds={each.effects: each.log_weight - white for each in evaluated},
         effects=best.effects,
         growth=best.growth,
-        outliers=evaluated[-1].noise if OUTLIERS.name in evaluated[-1].effects else None,
+        outliers=best.noise if OUTLIERS.name in best.effects else None,
     )
     return best.along, posterior, noise
 
@@ -137,7 +131,7 @@ def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evalua
         log_weight=posterior.log_evidence + convention + log_factor,
         along=along,
         posterior=posterior,
-        growth=growth,
+        growth=None,
         noise=left.noise(outliers=contaminated),
     )
     if growth is None:
@@ -146,6 +140,7 @@ def _given_samples(along: LawAlongMotion, *, contaminated: bool) -> list[_Evalua
         effects=one_size.effects | {growth.effect.name},
         log_weight=one_size.log_weight + growth.log_odds,
         along=replace(along, regression=replace(along.regression, clock=growth.clock)),
+        growth=growth,
     )
     return [one_size, grown]
 
@@ -182,11 +177,6 @@ class NoiseGrowth:
     ratio: float
     log_sd: float
     clock: Clock
-
-    @property
-    def found(self) -> bool:
-        """Whether it is more probable than not."""
-        return self.log_odds > 0.0
 
 
 def find_noise_growth(effect: GrowingNoiseEffect, along: LawAlongMotion, posterior: Posterior) -> NoiseGrowth:

@@ -65,7 +65,7 @@ class ForceFit(LawAlongMotion):
 
     @property
     def growth(self) -> NoiseGrowth | None:
-        """The most probable growth of the noise with the motion; None where none may act."""
+        """Growth of the noise with the motion; None where there is rather none."""
         return self.sensor_noise.growth
 
     @property

@@ -79,7 +79,7 @@ def sensor_parameters(name: str, fit: ForceFit, units: dict[str, str]) -> dict[s
             return {}
         level = float(np.abs(segment.values[segment.sides != 0.0]).max())
         return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}
-    if noise is None or not fit.sensor_noise.contaminated:
+    if noise is None:
         return {}
     samples = max(fit.record.samples, 1)
     count = max(noise.fraction * samples, 1.0)
