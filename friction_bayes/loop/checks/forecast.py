@@ -134,7 +134,10 @@ def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) ->
     laws = motions[:, 0]
     if filter_ is not None:
         laws += _filtered(draws, finite, motions[:, 1:], time)
-    slopes = _slopes(first, motions[:, 1:].mean(axis=0), time)
+    slopes: tuple[Array | None, Array | None] = None, None
+    if first.record.system.pendulum:
+        x, v = motions[:, 1:].mean(axis=0)
+        slopes = stiffness_along(first.w0 * time, x, v / first.w0)
     shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time, *slopes)
     laws += shifts[finite]
     middle = laws.mean(axis=0)
@@ -263,16 +266,6 @@ def _added(draws: LawDraws, k: int, time: Array) -> Array:
     return signal
 
 
-def _slopes(fit: ForceFit, motion: Array, time: Array) -> tuple[Array | None, Array | None]:
-    """Slope of a pendulum's restoring force along a forecast displacement and velocity, shape (2, n).
-
-    Over each interval, shape (n - 1,), and at the samples, (n,); None where it is one throughout.
-    """
-    if not fit.record.system.pendulum:
-        return None, None
-    return stiffness_along(fit.w0 * time, motion[0], motion[1] / fit.w0)
-
-
 def _fluctuation(
     fit: ForceFit,
     points: Integers,
@@ -286,8 +279,8 @@ def _fluctuation(
     """Means (k, n) and variances (g, n) of what the random force adds to the signal from the last state on.
 
     The force there is that of each draw, ``forces``, of one of the g ``points``, ``which``; ``spreads``,
-    shape (g, 3, 3), are the covariances of that state. ``stiffness`` and ``slope`` are as from
-    :func:`_slopes`.
+    shape (g, 3, 3), are the covariances of that state. ``stiffness`` and ``slope`` are of a
+    pendulum's restoring force along the forecast, see :func:`.stiffness_along`; None where they are one.
     """
     steps, stiffness, _, index = distinct_steps(time * fit.w0, stiffness)
     transitions, added = np.empty((2, steps.size, points.size, 3, 3))
