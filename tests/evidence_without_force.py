@@ -33,8 +33,8 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
         return -math.inf
     (point,) = alone.posterior.points
     # shapes taken about the best represent a part of their prior, which an evidence has whole
-    masses = {c.shape: math.prod(s.weight for s in c.shape) for c in fit.law.columns if c.effect in effects}
-    part = sum(mass for shape, mass in masses.items() if shape and shape[0].score != 0.0) or 1.0
+    shaped = (c for c in fit.law.columns if c.effect in effects and c.score != 0.0)
+    part = sum({c.shape: c.weight for c in shaped}.values()) or 1.0
     weight = logsumexp(point.found.log_weight)
     prior = logsumexp(fit.regression.log_prior[mine]) - math.log(part)
     noise, n = fit.sensor_noise, int(np.count_nonzero(fit.clock.used))

@@ -132,9 +132,10 @@ def _unpacked(masks: Sequence[int], columns: int) -> Mask:
 
 def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
     """Logarithm of the share of an effect's probability that each of its shapes has."""
-    taken = [law.columns[columns[0]].shape for columns in shapes]
+    first = [law.columns[columns[0]] for columns in shapes]
+    taken = [column.shape for column in first]
     # the extents of a series in one shape are equally probable
-    return [math.log(math.prod(each.weight for each in shape) / taken.count(shape)) for shape in taken]
+    return [math.log(column.weight / taken.count(column.shape)) for column in first]
 
 
 def _named_sets(effects: tuple[str, ...], most: int) -> Iterator[tuple[str, ...]]:

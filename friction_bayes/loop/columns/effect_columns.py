@@ -59,17 +59,11 @@ class Shape(NamedTuple):
     name : str
     low, high : float
         Ends of its part of the prior, halfway to its neighbours.
-    score : float
-        Where it is taken, as a normal score of the prior.
-    weight : float
-        Probability of that part.
     """
 
     name: str
     low: float
     high: float
-    score: float = 0.0
-    weight: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -90,6 +84,10 @@ class LawColumn:
         the effect that bends it.
     shape : tuple of Shape
         Parameters that shape it.
+    score : float
+        Where these are taken, as a normal score of their priors; zero without one.
+    weight : float
+        Probability of the values that they represent.
     width : float
         How many times as wide its prior is as the effect states it.
     of_friction : bool
@@ -104,14 +102,11 @@ class LawColumn:
     effect: str = ""
     parameter: str = ""
     shape: tuple[Shape, ...] = ()
+    score: float = 0.0
+    weight: float = 1.0
     width: float = 1.0
     of_friction: bool = False
     line: Line | None = None
-
-    @property
-    def score(self) -> float:
-        """Value of its shape parameter, as a normal score of the prior; zero without one."""
-        return self.shape[0].score if self.shape else 0.0
 
     @property
     def own(self) -> bool:
@@ -231,19 +226,12 @@ def force_columns(
         return
     of_friction = not _same_force(acting(nodes, which=first, value=size, friction=2.0), base)
     shaping = [c for c in others if c not in coefficients]
-    for shape in _shapes(shaping, PRIOR_SCORES, scores) if shaping else ((),):
-        for coefficient in coefficients:
-            column = LawColumn(
-                "effect",
-                coefficient.prior.scale,
-                positive=coefficient.prior.low == 0.0,
-                effect=name,
-                parameter=coefficient.name,
-                shape=shape,
-                of_friction=of_friction,
-            )
-            for widened in column.in_widths():
-                yield ForceColumn(widened, partial(acting, which=coefficient, value=1.0))
+    plain = LawColumn("effect", 1.0, effect=name, of_friction=of_friction)
+    for shaped in _in_shapes(plain, shaping, PRIOR_SCORES, scores) if shaping else (plain,):
+        for c in coefficients:
+            own = replace(shaped, scale=c.prior.scale, positive=c.prior.low == 0.0, parameter=c.name)
+            for widened in own.in_widths():
+                yield ForceColumn(widened, partial(acting, which=c, value=1.0))
 
 
 def _same_force(one: Array, other: Array) -> bool:
@@ -251,12 +239,12 @@ def _same_force(one: Array, other: Array) -> bool:
     return bool(np.max(np.abs(one - other)) <= 1e-6 * np.max(np.abs(other)))
 
 
-def _shapes(
-    coordinates: Sequence[Coordinate], prior: Sequence[float], scores: Sequence[float] | None
-) -> Iterator[tuple[Shape, ...]]:
-    """Shape parameters of a term at each of some normal scores, by default those of the ``prior``.
+def _in_shapes(
+    column: LawColumn, shaping: Sequence[Coordinate], prior: Sequence[float], scores: Sequence[float] | None
+) -> Iterator[LawColumn]:
+    """The column with its ``shaping`` parameters at each of some normal scores, by default of the ``prior``.
 
-    Parameters that shape the same term are at the same score.
+    Parameters that shape the same term are at the same score, and share its probability.
     """
     taken = np.array(prior if scores is None else scores)
     half = 0.5 * (taken[1] - taken[0])
@@ -266,18 +254,9 @@ def _shapes(
     if scores is None:
         mass /= mass.sum()
 
-    for k, score in enumerate(taken.tolist()):
-        yield tuple(
-            # the parameters share the probability of the score, which the first of them has
-            Shape(
-                c.name,
-                c.at_score(edges[k]),
-                c.at_score(edges[k + 1]),
-                score=score,
-                weight=float(mass[k]) if j == 0 else 1.0,
-            )
-            for j, c in enumerate(coordinates)
-        )
+    for score, low, high, weight in np.column_stack([taken, edges[:-1], edges[1:], mass]).tolist():
+        shape = tuple(Shape(c.name, c.at_score(low), c.at_score(high)) for c in shaping)
+        yield replace(column, shape=shape, score=score, weight=weight)
 
 
 def _bent_friction(
@@ -294,16 +273,10 @@ def _bent_friction(
     def bent(points: Points, score: float) -> Array:
         return unit * evaluator.at({name: (first.at_score(score),)}, points) - points.direction
 
-    for shape in _shapes((first,), _SMALL_SCORES, scores):
-        column = LawColumn(
-            "friction",
-            settings.SETTINGS.friction_share * amplitude,
-            positive=True,
-            effect=name,
-            parameter=first.name,
-            shape=shape,
-        )
-        yield ForceColumn(column, bent)
+    size = settings.SETTINGS.friction_share * amplitude
+    column = LawColumn("friction", size, positive=True, effect=name, parameter=first.name)
+    for shaped in _in_shapes(column, (first,), _SMALL_SCORES, scores):
+        yield ForceColumn(shaped, bent)
 
 
 class Sampled(NamedTuple):
@@ -377,10 +350,8 @@ def sensor_columns(
         shapes = effect.shapes(coordinates[0].prior.scale if size is None else size)
     sizes = coordinates[: len(coordinates) - len(shapes[0])]
     for taken in shapes:
-        shape = tuple(
-            Shape(c.name, value, value, weight=1.0 / len(shapes) if j == 0 else 1.0)
-            for j, (c, value) in enumerate(zip(coordinates[len(sizes) :], taken, strict=True))
-        )
+        shaping = zip(coordinates[len(sizes) :], taken, strict=True)
+        shape = tuple(Shape(c.name, value, value) for c, value in shaping)
         for j, c in enumerate(sizes):
             values = [0.0] * len(sizes)
             values[j] = c.prior.scale
@@ -391,6 +362,7 @@ def sensor_columns(
                 effect=name,
                 parameter=c.name,
                 shape=shape,
+                weight=1.0 / len(shapes),
             )
             error = partial(wrong, scale=c.prior.scale, values=(*values, *taken))
             for widened in column.in_widths():
