@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,16 +15,18 @@ from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.declared_force import by_stiffness_and_mass, frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import Summary
-from friction_bayes.core.text import set_words
+from friction_bayes.core.text import percent, set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.forecast import forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.checks.noise_tests import tests_before
 from friction_bayes.loop.data.friction import dry_friction, friction_of_loss
 from friction_bayes.loop.data.options import LoopOptions
-from friction_bayes.loop.infer.law_draws import DRAWS
+from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import CandidateMixture, prior_sensitivity
+from friction_bayes.loop.mixture.slight_effects import slight_force
 from friction_bayes.loop.report.comparisons import compare_forces, compare_frictions, paper_procedure
 from friction_bayes.loop.report.next_experiment import (
     WHETHER_IT_RUBS,
@@ -72,12 +74,11 @@ def build_report(
     :func:`friction_bayes.loop.report.comparisons.validate_force`.
     """
     rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
-    mixture = candidates.mixture.with_slight_force(candidates.slight_force, rng_mixture)
+    mixture = candidates.mixture.with_slight_force(slight_force(candidates.fit), rng_mixture)
     before, unit, loss = candidates.before, candidates.unit, _loss(candidates)
     model, effects = before.model, in_catalogue_order(mixture.sets[0])
     dry = dry_friction(candidates.scale(rng_dry) * mixture.friction, loss, candidates.tolerance, unit)
-    predicted = forecast_records(before), candidates.forecasts
-    forecasts = candidates.where_fitted(predicted[0]), candidates.where_fitted(predicted[1])
+    forecasts = candidates.where_fitted(forecast_records(before)), candidates.forecasts
     held_out = held_out_error(*forecasts, candidates.noise_floor(), model.segments[0].decay.unit)
     friction = candidates.scale(rng_after) * mixture.friction
     after = Summary.of_draws(friction, unit).to_dict()
@@ -114,7 +115,7 @@ def build_report(
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
-        trail=list(candidates.trail),
+        trail=list(_trail(candidates.fit)),
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(candidates, friction, options.seed, sampled, rng),
         friction_between_records=candidates.between_records(),
@@ -160,8 +161,8 @@ def _residuals(
         "after": candidates.tests.to_dict(),
     }
     if reference_force is not None:
-        of_law = candidates.resisting_force()
-        residual["force"], forces = compare_forces(before, reference_force, candidates.factor, *of_law)
+        final = candidates.best[0], traces[0].fluctuation
+        residual["force"], forces = compare_forces(before, *final, reference_force, candidates.factor)
         traces = (replace(traces[0], forces=forces), *traces[1:])
     return residual, traces
 
@@ -308,6 +309,31 @@ def _fitted(candidates: Candidates) -> dict[str, Any]:
         "half_cycles": half_cycles,
         "set_aside": int(np.count_nonzero(recorded & ~fit.clock.used)) * segment.block,
     }
+
+
+def _trail(fit: LawFit) -> Iterator[str]:
+    """How the candidates were found."""
+    sets = f"{len(fit.sets)} sets of effects evaluated"
+    if not fit.one:
+        yield f"along the measured motions: {sets} on {len(fit.alone)} records together"
+        return
+    one = fit.alone[0]
+    lines = ", ".join(map(str, one.lines))
+    yield (
+        f"along the measured motion: {sets}"
+        + (
+            f" with and without a random force, log evidence {one.log_gain:+.1f} with it"
+            if one.forced
+            else " without a random force"
+        )
+        + (f"; lines that may be there: {lines}" if lines else "")
+    )
+    share = float(one.posterior.weight[:, one.impossible].sum())
+    if share >= LEAST_PROBABILITY:
+        yield (
+            f"sets in which friction pushes or sensor effects hide the motion, {percent(share)} likely, "
+            "are left out"
+        )
 
 
 def _posterior(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -154,14 +154,6 @@ class LeftOver(ResidualTests):
             return True
         coloured = "whiteness" in self.failed or "spectrum" in self.failed
         return coloured and self.near_motion > 1.0 + tolerance
-
-    def to_left(self) -> dict[str, Any]:
-        """The worst dependence as reported: ``depends_on``, ``shape`` and its ``share``."""
-        return {
-            "depends_on": None if self.worst is None else self.worst.on,
-            "shape": None if self.shape is None else self.shape.name,
-            "share": None if self.shape is None else self.shape.share,
-        }
 
 
 def what_is_left(fit: ForceFit) -> LeftOver:

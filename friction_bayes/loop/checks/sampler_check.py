@@ -116,7 +116,7 @@ def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
 
     return law_target(
         fit.problem.only(row, of_recording),
-        fit.prior if forced else None,
+        first.prior if forced else None,
         natural=natural,
         signals=[each.segment.values[: each.record.samples] for each in fit.fits],
         unit=first.unit,

@@ -74,8 +74,6 @@ class Segment:
         Seconds since the first of them.
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
-    ignored : ndarray of bool, shape (n,)
-        Not fitted: isolated excursions, dropouts, what was put into gaps, and ``near_jumps``.
     measured : ndarray, shape (n,)
         Share of the samples of each value that were recorded and not set aside.
     near_jumps : ndarray of bool, shape (n,)
@@ -106,7 +104,6 @@ class Segment:
     values: Array
     time: Array
     sides: Array
-    ignored: Mask
     measured: Array
     near_jumps: Mask
     moving: int
@@ -169,6 +166,11 @@ class Segment:
         return bool(self.sides.any())
 
     @property
+    def ignored(self) -> Mask:
+        """Not fitted: isolated excursions, dropouts, what was put into gaps, and ``near_jumps``, (n,)."""
+        return np.asarray((self.measured == 0.0) | self.near_jumps)
+
+    @property
     def free(self) -> Mask:
         """Samples that show the signal with noise, shape (n,)."""
         return np.asarray((self.sides == 0.0) & ~self.ignored)
@@ -200,7 +202,6 @@ class Segment:
             values=self.values[:n],
             time=self.time[:n],
             sides=self.sides[:n],
-            ignored=self.ignored[:n],
             measured=self.measured[:n],
             near_jumps=self.near_jumps[:n],
             moving=min(self.moving, n),
@@ -299,7 +300,6 @@ def _cut(record: xr.DataArray, system: Oscillator, *, free_from: float | None = 
         values=used,
         time=time,
         sides=sides,
-        ignored=(measured == 0.0) | near_jumps,
         measured=measured,
         near_jumps=near_jumps,
         moving=min(moving, n),

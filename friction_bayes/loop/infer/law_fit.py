@@ -32,7 +32,7 @@ from friction_bayes.loop.infer.law_along_motion import LawAlongMotion, force_pri
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, too_few_turning_points
 from friction_bayes.records.quantisation import ROUNDING
 from friction_bayes.statespace.force_grid import Posterior, integrate_force
-from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import SmoothedMotion
@@ -75,8 +75,6 @@ class LawFit:
         Spreads of friction that were evaluated, over ``level``; zero for none.
     level : float
         Friction that these are shares of, natural units.
-    prior : ForcePrior
-        Of the random force.
     """
 
     alone: tuple[ForceFit, ...]
@@ -84,7 +82,6 @@ class LawFit:
     posterior: Posterior
     spreads: Array
     level: float
-    prior: ForcePrior
 
     @classmethod
     def of(cls, fit: ForceFit) -> LawFit:
@@ -95,7 +92,6 @@ class LawFit:
             posterior=fit.posterior,
             spreads=np.zeros(1),
             level=0.0,
-            prior=fit.prior,
         )
 
     @property
@@ -310,7 +306,6 @@ def _evaluated(
         posterior=posterior,
         spreads=spreads,
         level=level,
-        prior=prior,
     )
 
 

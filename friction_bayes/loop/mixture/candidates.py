@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -14,7 +14,6 @@ import xarray as xr
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.declared_force import ForceFactor, common_factor
 from friction_bayes.core.system import Oscillator
-from friction_bayes.core.text import percent
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.estimators.noise.free_corners import near_corners
 from friction_bayes.loop import settings
@@ -29,11 +28,11 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit, fit_coulomb
-from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, by_record, draw_laws
+from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, by_record, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.mixture import CandidateMixture, cells_of, ranked
-from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
+from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects
 from friction_bayes.loop.report.effect_summaries import (
     line_summary,
     of_force,
@@ -74,10 +73,6 @@ class Candidates:
     probabilities : ndarray, shape (c,)
     unit : str
         Of the reported friction.
-    slight_force : SlightForce or None
-        A random force too slight to show, for draws without one.
-    trail : tuple of str
-        The steps that led to them.
     """
 
     def __init__(self, before: CoulombFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
@@ -85,18 +80,15 @@ class Candidates:
         self.unit = before.model.segments[0].decay.friction_unit
         self.tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
-        self.slight_force = slight_force(fit)
         self.cells = cells_of(fit)
         self.sets, self.probabilities = ranked({frozenset[str](): 0.0} | self.cells.probabilities)
-        self.trail = tuple(_trail(fit))
 
     @property
     def needs_more(self) -> bool:
         """Whether dry friction, and what a sensor adds to any motion, fail to explain or forecast it."""
         if not self.sets[0] <= ADDED or any(fit.knocks for fit in self.best) or self.tests.failed:
             return True
-        inside = forecast_errors(self.where_fitted(self.forecasts))["inside90"]
-        return inside < settings.SETTINGS.least_inside
+        return forecast_errors(self.forecasts)["inside90"] < settings.SETTINGS.least_inside
 
     @property
     def evaluated(self) -> frozenset[str]:
@@ -331,7 +323,9 @@ class Candidates:
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
             "friction_could_shift_by": self.factor * self.shift,
-            **left.to_left(),
+            "depends_on": None if left.worst is None else left.worst.on,
+            "shape": None if left.shape is None else left.shape.name,
+            "share": None if left.shape is None else left.shape.share,
             "unit": fit.segment.decay.unit,
         }
 
@@ -358,9 +352,9 @@ class Candidates:
             if predicted is None:
                 return ()
             found.append(predicted)
-        return tuple(found)
+        return self.where_fitted(found)
 
-    def where_fitted(self, forecasts: tuple[Forecast, ...]) -> tuple[Forecast, ...]:
+    def where_fitted(self, forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
         """Forecasts compared where free corners describe a jump: of an acceleration not next to it."""
         found = []
         for each, fit in zip(forecasts, self.best, strict=False):
@@ -413,17 +407,6 @@ class Candidates:
             return self.before.model, self.before.z
         return law.model, law.z
 
-    def resisting_force(self) -> tuple[slice, Array, Array | None, Array]:
-        """Which samples the motion determines, and there, of shape (n,), the force of the law and two more.
-
-        The contribution of a random force, or None, and the direction of motion; forces as reported.
-        """
-        fit, law, known = self.best[0], self.best[0].law, self.best[0].record.known
-        of_law = law.forces[known, law.resisting] @ fit.coefficients[law.resisting]
-        fluctuates, resists = self._fluctuates or bool(fit.knocks), -self.factor * law.unit_force
-        fluctuation = resists * fit.fluctuation[known] if fluctuates else None
-        return known, resists * of_law, fluctuation, np.sign(fit.path.v[known])
-
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self._candidate == self.sets.index(names))
 
@@ -444,31 +427,6 @@ def candidates_of(
     """
     fit = fit_law(segments, system, options, progress)
     return Candidates(fit_coulomb(system, segments), fit, options.tolerance, rng)
-
-
-def _trail(fit: LawFit) -> Iterator[str]:
-    """How the candidates were found."""
-    sets = f"{len(fit.sets)} sets of effects evaluated"
-    if not fit.one:
-        yield f"along the measured motions: {sets} on {len(fit.alone)} records together"
-        return
-    one = fit.alone[0]
-    lines = ", ".join(map(str, one.lines))
-    yield (
-        f"along the measured motion: {sets}"
-        + (
-            f" with and without a random force, log evidence {one.log_gain:+.1f} with it"
-            if one.forced
-            else " without a random force"
-        )
-        + (f"; lines that may be there: {lines}" if lines else "")
-    )
-    share = float(one.posterior.weight[:, one.impossible].sum())
-    if share >= LEAST_PROBABILITY:
-        yield (
-            f"sets in which friction pushes or sensor effects hide the motion, {percent(share)} likely, "
-            "are left out"
-        )
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:

@@ -23,6 +23,8 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.coulomb_fit import CoulombFit
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.report.result import FluctuationTrace
 from friction_bayes.records.record import make_record
 
 __all__ = [
@@ -83,19 +85,12 @@ def compare_frictions(after: Array, before: Array, friction: float) -> dict[str,
 
 
 def compare_forces(
-    before: CoulombFit,
-    measured: Array,
-    factor: float,
-    known: slice,
-    law: Array,
-    fluctuation: Array | None,
-    direction: Array,
+    before: CoulombFit, fit: ForceFit, fluctuates: FluctuationTrace | None, measured: Array, factor: float
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Comparison of a measured friction force with two models, over the samples used of the first record.
 
-    Of either sign of the force, shape (recorded,), that by which it takes energy is used. That of the model
-    ``before`` times ``factor`` is reported. The final model has, at the samples ``known``, the force of its
-    ``law``, a ``fluctuation`` or none, and a ``direction``, zero at rest, shape (n,) each.
+    Of either sign of the force, shape (recorded,), that by which it takes energy is used. Forces of the model
+    ``before`` and of the final ``fit`` times ``factor`` are reported, that which ``fluctuates`` as it is.
 
     Returns
     -------
@@ -106,8 +101,11 @@ def compare_forces(
     forces : tuple of ndarray
         Measured, before and after, at these samples.
     """
-    used = before.model.segments[0].of_record(measured)[known]
-    total = law if fluctuation is None else law + fluctuation
+    known, resists = fit.record.known, -factor * fit.law.unit_force
+    own = fit.law.resisting
+    law = resists * (fit.law.forces[known, own] @ fit.coefficients[own])
+    total = law if fluctuates is None else law - fluctuates.force
+    used, direction = before.model.segments[0].of_record(measured)[known], np.sign(fit.path.v[known])
     moving = direction != 0.0
     if float(used @ direction) < 0.0:
         used = -used
@@ -118,7 +116,7 @@ def compare_forces(
         "level": float(np.mean((used * direction)[moving])) if moving.any() else math.nan,
         "unit": before.model.segments[0].decay.friction_unit,
         "explained_by_law": _explained(used, law),
-        "explained_with_fluctuation": None if fluctuation is None else _explained(used, total),
+        "explained_with_fluctuation": None if fluctuates is None else _explained(used, total),
     }
     return differences, forces
 

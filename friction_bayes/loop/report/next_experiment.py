@@ -171,7 +171,9 @@ def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
     """Scores of the experiments on a pair of candidates."""
     segment, turns = truth.model.segments[0], truth.model.system.angular
     order, amplitude = segment.order, truth.model.scales.amplitude
-    once, twice = (segment.decay.step * np.arange(times * segment.values.size) for times in (1, 2))
+    samples = np.arange(2 * segment.values.size)
+    twice: Array = np.asarray(segment.decay.step * samples, dtype=np.float64)
+    once = twice[: segment.values.size]
     if order == 2:
         other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", amplitude, once, 0)
     else:

@@ -161,8 +161,6 @@ def test_what_is_reported_of_the_first_record_alone(candidates: Candidates) -> N
     predicted = model.predict_at(z, 0, segment.time)
     assert predicted is not None
     assert np.std(segment.values - predicted.signal) < 0.3 * segment.values.std()
-    _, law, _, direction = candidates.resisting_force()
-    assert law.shape == direction.shape == candidates.traces[0].signal.shape
     between = candidates.between_records()
     assert (between is not None) == (records(candidates) > 1)
 
