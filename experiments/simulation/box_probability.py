@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import logsumexp
 
+from experiments.simulation.truncated_normal import interval_quantile, log_interval_probability
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.infer.truncated_normal import interval_quantile, log_interval_probability
 
 __all__ = ["log_box_probability"]
 

@@ -10,10 +10,10 @@ from scipy.special import ndtr, ndtri
 
 from experiments.simulation.coordinates import prior_precision, support_of
 from experiments.simulation.fit import LoopFit
+from experiments.simulation.truncated_normal import truncated_draws
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.data.parameters import FRICTION, SHARED, Coordinate
-from friction_bayes.loop.infer.truncated_normal import truncated_draws
 
 __all__ = ["block_log_likelihoods", "target_of"]
 

@@ -23,7 +23,7 @@ from friction_bayes.loop.data.model import LoopModel, Prediction, difference_ste
 from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.law_along_motion import LawAlongMotion
-from friction_bayes.loop.infer.truncated_normal import truncated_draws
+from friction_bayes.loop.infer.normal_above import draws_above
 from friction_bayes.loop.noise.likelihood import LEAST_NOISE
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.statespace.smoother import SmoothedMotion
@@ -93,8 +93,8 @@ class CoulombFit:
 
     def friction(self, rng: np.random.Generator, draws: int) -> Array:
         """Draws of friction [N or N m] by the normal approximation, cut to the support of its prior."""
-        low, high = np.array([c.support for c in self.model.coordinates]).T
-        drawn = truncated_draws(self.z, self.covariance, low, high, rng, draws)
+        low = np.array([c.support[0] for c in self.model.coordinates])
+        drawn = draws_above(low, self.z, self.covariance, rng, draws)
         return np.asarray(self.model.value(drawn, FRICTION))
 
     @cached_property

@@ -14,8 +14,8 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.loop.infer.law_fit import LawFit, spreads_evaluated
+from friction_bayes.loop.infer.normal_above import draws_above
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
@@ -271,8 +271,7 @@ def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array |
         here = slice(at, at + k)
         given = problem.conditional(posterior.points[g], m)
         low = np.where(problem.positive[given.columns], 0.0, -np.inf)
-        high = np.full(given.columns.size, np.inf)
-        shared = truncated_draws(given.mean, given.covariance, low, high, rng, k)
+        shared = draws_above(low, given.mean, given.covariance, rng, k)
         mean[here, given.columns] = shared
         laws[here] = given.laws(shared, rng)
         point[here], row[here], noise[here] = g, m, given.noise

@@ -30,13 +30,13 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from scipy.special import expit, logit, softmax
+from scipy.special import expit, log_ndtr, logit, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.law_draws import DrawnLaws
 from friction_bayes.loop.infer.law_fit import LawFit
-from friction_bayes.loop.infer.truncated_normal import log_interval_probability, truncated_draws
+from friction_bayes.loop.infer.normal_above import draws_above
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.inclusion import inclusion
@@ -63,8 +63,8 @@ class SlightEffect:
         That it acts, given the candidate.
     mean, sd : float
         Of the coefficient given that it acts, before it is cut.
-    low, high : float
-        Support of the coefficient.
+    low : float
+        Least value of the coefficient.
     follow : float
         Change of friction a unit of it [N or N m].
     """
@@ -73,7 +73,6 @@ class SlightEffect:
     mean: float
     sd: float
     low: float
-    high: float
     follow: float
 
     @classmethod
@@ -81,26 +80,26 @@ class SlightEffect:
         cls,
         estimate: float,
         information: float,
-        support: tuple[float, float],
         follow: float,
         effects: Iterable[str],
+        *,
+        positive: bool,
     ) -> SlightEffect:
         """From mean and precision of the coefficient's likelihood, the candidate's own parameters integrated.
 
-        The ``support`` is that of the effect's coefficient, below which the nuisance goes, ``follow`` the
-        change of friction a unit of it [N or N m], and ``effects`` are those of the candidate.
+        Whether that of the effect is ``positive``, below which the nuisance goes, the change of friction a
+        unit of it [N or N m] that would ``follow``, and the ``effects`` of the candidate.
         """
-        low, high = min(support[0], -settings.SETTINGS.gain_rise), support[1]
+        low = -settings.SETTINGS.gain_rise if positive else -math.inf
         scale = min(settings.SETTINGS.unseen / math.sqrt(information), 1.0)
         variance = 1.0 / (information + scale**-2)
         mean, sd = variance * information * estimate, math.sqrt(variance)
-        ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
-        inside = log_interval_probability(ends[:, 0], ends[:, 1])
-        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
+        log_above = float(log_ndtr((mean - low) / sd) - log_ndtr(-low / scale))
+        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + log_above
         bent = any(isinstance(EFFECTS[name], ForceEffect) for name in effects)
         prior = inclusion() if bent else settings.SETTINGS.nuisance
         probability = float(expit(logit(prior) + log_bayes_factor))
-        return cls(probability, mean, sd, low, high, follow)
+        return cls(probability, mean, sd, low, follow)
 
 
 def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:
@@ -109,14 +108,8 @@ def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np
     Where one would make friction negative, friction is zero: damping alone explains the loss of amplitude.
     """
     for one in slight:
-        coefficient = truncated_draws(
-            np.array([one.mean]),
-            np.array([[one.sd**2]]),
-            np.array([one.low]),
-            np.array([one.high]),
-            rng,
-            friction.size,
-        )[:, 0]
+        low, mean, variance = (np.array([each]) for each in (one.low, one.mean, one.sd**2))
+        coefficient = draws_above(low, mean, variance[:, None], rng, friction.size)[:, 0]
         acts = rng.random(friction.size) < one.probability
         moved = friction + acts * coefficient * one.follow
         friction = np.maximum(moved, 0.0)
@@ -155,9 +148,8 @@ def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
             information = 1.0 / variance - prior
             if information > 0.0:
                 follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
-                support = (0.0 if law.positive[j] else -math.inf, math.inf)
-                estimate = float(mean[own]) / (variance * information)
-                yield SlightEffect.of_likelihood(estimate, information, support, follow, effects)
+                estimate, positive = float(mean[own]) / (variance * information), bool(law.positive[j])
+                yield SlightEffect.of_likelihood(estimate, information, follow, effects, positive=positive)
 
 
 @dataclass(frozen=True)

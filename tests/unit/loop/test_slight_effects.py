@@ -27,9 +27,7 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
     z = estimate * math.sqrt(information)
     if abs(z) > 8.0:
         return
-    slight = SlightEffect.of_likelihood(
-        estimate, information, (0.0 if positive else -math.inf, math.inf), 1.0, ()
-    )
+    slight = SlightEffect.of_likelihood(estimate, information, 1.0, (), positive=positive)
     scale = min(2.0 / math.sqrt(information), 1.0)
     reach = 12.0 / math.sqrt(information)
 
@@ -47,7 +45,7 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
 
 def test_it_is_less_probable_with_another_force() -> None:
     alone, offset, drag = (
-        SlightEffect.of_likelihood(0.0, 100.0, (0.0, math.inf), 1.0, effects)
+        SlightEffect.of_likelihood(0.0, 100.0, 1.0, effects, positive=True)
         for effects in ((), ("sensor_offset",), ("quadratic_drag",))
     )
     assert alone.probability == offset.probability
@@ -62,14 +60,14 @@ def test_it_is_less_probable_with_another_force() -> None:
 def test_friction_follows_and_is_never_negative() -> None:
     rng = np.random.default_rng(1)
     friction = np.abs(rng.normal(0.07, 0.03, 4000))
-    certain = SlightEffect(probability=1.0, mean=0.01, sd=0.002, low=0.0, high=math.inf, follow=-2.0)
+    certain = SlightEffect(probability=1.0, mean=0.01, sd=0.002, low=0.0, follow=-2.0)
     moved = with_slight_effects(friction, [certain], rng)
     assert np.all(moved >= 0.0)
     # what damping alone explains needs none
     assert np.all(moved[friction < 0.005] == 0.0)
     free = friction > 0.05
     assert np.mean(moved[free] - friction[free]) == pytest.approx(-0.02, rel=0.02)
-    absent = SlightEffect(probability=0.0, mean=0.01, sd=0.002, low=0.0, high=math.inf, follow=-2.0)
+    absent = SlightEffect(probability=0.0, mean=0.01, sd=0.002, low=0.0, follow=-2.0)
     np.testing.assert_array_equal(with_slight_effects(friction, [absent], rng), friction)
 
 

@@ -1,19 +1,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.loop.infer.truncated_normal import (
-    log_interval_probability,
-    truncated_draws,
-)
+from experiments.simulation.truncated_normal import log_interval_probability, truncated_draws
+from friction_bayes.loop.infer.normal_above import draws_above
 
 MEAN = np.array([0.4, -0.6])
 COVARIANCE = np.array([[1.0, -0.7], [-0.7, 1.5]])
-ZERO, FAR = np.zeros(2), np.full(2, math.inf)
+ZERO = np.zeros(2)
+
+
+def in_box(
+    low: np.ndarray, mean: np.ndarray, covariance: np.ndarray, rng: np.random.Generator, draws: int
+) -> np.ndarray:
+    """As the simulation draws."""
+    return truncated_draws(mean, covariance, low, np.full(low.size, math.inf), rng, draws)
+
+
+@pytest.fixture(params=[draws_above, in_box])
+def drawn_above(request: pytest.FixtureRequest) -> Callable[..., np.ndarray]:
+    return request.param
 
 
 @pytest.mark.parametrize(
@@ -30,9 +41,11 @@ def test_interval_probability_holds_in_the_tails(low: float, high: float, expect
     assert log_interval_probability(np.array([low]), np.array([high]))[0] == pytest.approx(expected, rel=1e-9)
 
 
-def test_draws_lie_inside_and_have_the_moments_of_the_cut_normal(rng: np.random.Generator) -> None:
+def test_draws_lie_inside_and_have_the_moments_of_the_cut_normal(
+    drawn_above: Callable[..., np.ndarray], rng: np.random.Generator
+) -> None:
     n = 20_000
-    drawn = truncated_draws(MEAN, COVARIANCE, ZERO, FAR, rng, n)
+    drawn = drawn_above(ZERO, MEAN, COVARIANCE, rng, n)
     assert drawn.min() >= 0.0
     plain = rng.multivariate_normal(MEAN, COVARIANCE, 40 * n)
     kept = plain[(plain > 0.0).all(axis=1)]
@@ -41,8 +54,10 @@ def test_draws_lie_inside_and_have_the_moments_of_the_cut_normal(rng: np.random.
     assert np.all(np.abs(drawn.mean(axis=0) - kept.mean(axis=0)) < error)
 
 
-def test_draws_far_outside_stay_finite(rng: np.random.Generator) -> None:
-    drawn = truncated_draws(np.array([-50.0]), np.eye(1), np.zeros(1), np.array([math.inf]), rng, 1000)
+def test_draws_far_outside_stay_finite(
+    drawn_above: Callable[..., np.ndarray], rng: np.random.Generator
+) -> None:
+    drawn = drawn_above(np.zeros(1), np.array([-50.0]), np.eye(1), rng, 1000)
     assert np.isfinite(drawn).all()
     # exponential with rate 50
     assert drawn.mean() == pytest.approx(1.0 / 50.0, rel=0.2)
