@@ -207,8 +207,7 @@ def integrate_force(
     prior : ForcePrior
         Of the random force.
     near : GridPoint, optional
-        Where the mode of much the same problem was: a place to climb from, if none is better; where the mode
-        will do it is climbed from at once.
+        Where the mode of much the same problem was: where the mode will do it is climbed from at once.
     only_mode : bool
         Whether the best mode will do for the part with a force: enough to smooth with, not to average.
     """
@@ -222,7 +221,7 @@ def integrate_force(
         start = density.place(near)
         top = _climb(density, start, math.log(prior.tau_low), math.log(prior.tau_high))
         return Posterior(problem, [*points, density.point(top, 0.0)])
-    modes = _modes(density, near)
+    modes = _modes(density)
     if only_mode:
         return Posterior(problem, [*points, density.point(modes[0].place, 0.0)])
     for mode in modes:
@@ -278,9 +277,9 @@ class _Mode(NamedTuple):
     high: float
 
 
-def _modes(density: _Density, near: GridPoint | None) -> list[_Mode]:
+def _modes(density: _Density) -> list[_Mode]:
     """Modes that count, the best first: climbed to within each stretch of correlation times that has one."""
-    crest = _crest(density, near)
+    crest = _crest(density)
     prior = density.prior
     bounds = [math.log(prior.tau_low), *crest[valleys(crest[:, 2]), 1], math.log(prior.tau_high)]
     stretches = list(pairwise(bounds))
@@ -296,10 +295,10 @@ def _modes(density: _Density, near: GridPoint | None) -> list[_Mode]:
     return [mode for mode in found if density(mode.place) > best - 2.0 * _DEPTH]
 
 
-def _crest(density: _Density, near: GridPoint | None) -> Array:
+def _crest(density: _Density) -> Array:
     """Best sizes in the middle of each strip of correlation times: ``u``, ``log tau``, log density, in rows.
 
-    From the best of some sizes at one correlation time, or from that of ``near``, strip by strip outward.
+    From the best of some sizes at one correlation time, strip by strip outward.
     """
     prior = density.prior
     edges = np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), _STRIPS + 1)
@@ -309,9 +308,6 @@ def _crest(density: _Density, near: GridPoint | None) -> Array:
     low, high = (math.log(share * prior.centre / noise) for share in _REACH)
     log_sizes = np.linspace(low, high, 7)[1:-1] + math.log(at_resonance(math.exp(middles[first])))
     start = max((np.array([size, middles[first]]) for size in log_sizes), key=density)
-    if near is not None and density(density.place(near)) > density(start):
-        start = density.place(near)
-        first = int(np.argmin(np.abs(middles - start[1])))
     size, few = start[0], density.of_likely_sets(start)
     for step in _SIZE_STEPS:
         size = _best_size(few, size, middles[first], step)

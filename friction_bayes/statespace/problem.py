@@ -421,13 +421,9 @@ class Problem:
 
     def _least_squares(self) -> Array:
         """A law near each record, of the same shared coefficients, in units of ``scale``, shape (r, p)."""
-        grams = []
-        for member in self.members:
-            guess = member.regression.motion
-            zero = np.zeros(self.scale.size)
-            gram = member.regression.whitened(zero, guess.force_sd / guess.noise, guess.tau).gram
-            grams.append(gram / guess.noise**2)
-        first = self.members[0].regression
+        regressions = [member.regression for member in self.members]
+        grams = [each.guessed_gram / each.motion.noise**2 for each in regressions]
+        first = regressions[0]
         likely = likely_columns(first.sets, first.log_prior)
         own = self.own & likely
         left = eliminate(np.array(grams), self._columns(own, np.empty(0, np.intp), 0.0), 0.0)

@@ -95,18 +95,18 @@ class LawRegression:
         """
         if self.near is not None:
             return self.near
-        guess = self.motion
-        whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)
-        return near_least_squares(whitened.gram, likely_columns(self.sets, self.log_prior))
+        return near_least_squares(self.guessed_gram, likely_columns(self.sets, self.log_prior))
 
     def _about(self, reference: Array) -> Array:
         """Scaled columns, and the record less a law in units of ``scale``, shape (n, p + 1)."""
         scaled = self.columns * self.scale
         return np.column_stack([scaled, self.target - scaled @ reference])
 
-    def whitened(self, reference: Array, ratio: float, tau: float) -> Whitened:
-        """Whitened sums of the scaled columns and of the record less a law in units of ``scale``."""
-        return whiten(self._about(reference), self.clock, self.row, ratio, tau)
+    @property
+    def guessed_gram(self) -> Array:
+        """Whitened sums of the scaled columns and the record under the first guess of a force."""
+        ratio, tau = self.motion.force_sd / self.motion.noise, self.motion.tau
+        return whiten(self._about(np.zeros(self.scale.size)), self.clock, self.row, ratio, tau).gram
 
     @cached_property
     def _about_reference(self) -> Array:
@@ -117,7 +117,7 @@ class LawRegression:
         return {}
 
     def whiten_at(self, ratio: float, tau: float) -> Whitened:
-        """The same about the reference law, remembered: draws come from the points that were evaluated."""
+        """Whitened sums about the reference law, remembered: draws come from the points evaluated."""
         if (ratio, tau) not in self._known:
             self._known[ratio, tau] = whiten(self._about_reference, self.clock, self.row, ratio, tau)
         return self._known[ratio, tau]

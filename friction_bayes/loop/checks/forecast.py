@@ -206,7 +206,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     for effect in (EFFECTS[name] for name in names):
         if isinstance(effect, ForceEffect) and effect.later is not None:
             own = [(effect.name, parameter.name) for parameter in effect.parameters]
-            share = (time[0] - fit.segment.time[0]) / fit.segment.duration
+            share = time[0] / fit.segment.duration
             level, later = effect.later(tuple(values[key] for key in own), share)
             values |= dict(zip(own, later, strict=True))
             if effect.resists:
@@ -257,12 +257,12 @@ def _added(draws: LawDraws, k: int, time: Array) -> Array:
     signal = np.zeros(time.size)
     corners = draws.coefficients[k, [column.kind == "corner" for column in fit.law.columns]]
     if corners.size:
-        signal += fit.unit * (corners_after(fit.path, fit.w0 * (time - fit.segment.time[0])) @ corners)
+        signal += fit.unit * (corners_after(fit.path, fit.w0 * time) @ corners)
     for column, value in zip(fit.law.columns, draws.coefficients[k].tolist(), strict=True):
         if column.kind == "step":
             signal += value
         if column.line is not None and value:
-            signal += value * column.line.waves(time - fit.segment.time[0])[column.parameter]
+            signal += value * column.line.waves(time)[column.parameter]
     return signal
 
 

@@ -143,8 +143,6 @@ class ForceEvaluator:
         Friction [N or N m] that forces refer to.
     duration : float
         Of the record [s], to which friction drift refers.
-    origin : float
-        Phase at which its time begins.
     """
 
     w0: float
@@ -152,14 +150,13 @@ class ForceEvaluator:
     stiffness: float
     friction: float
     duration: float
-    origin: float
 
     def at(
         self, values: Mapping[str, tuple[float, ...]], points: Points, *, friction: float | None = None
     ) -> Array:
         """Forces, on the side of the motion's own acceleration, shape (m,)."""
         force = force_along(tuple(values))(
-            points.phase - self.origin,
+            points.phase,
             np.ascontiguousarray(points.x),
             np.ascontiguousarray(points.v),
             np.ascontiguousarray(points.direction, dtype=np.float64),
@@ -374,7 +371,7 @@ def line_columns(
 ) -> Iterator[tuple[LawColumn, Array]]:
     """Sine and cosine of a line."""
     scale = EFFECTS[line.effect].priors(scales)[0].scale
-    time = (path.phase - path.phase[0]) / w0
+    time = path.phase / w0
     shape = _shape_of_line(line, float(time[-1]))
     for part, wave in line.waves(time).items():
         column = LawColumn("effect", scale, effect=line.effect, parameter=part, shape=shape, line=line)

@@ -303,7 +303,7 @@ def law_columns(
     system, segment, order = record.system, record.segment, record.segment.order
     mass, stiffness = LoopModel(system, (segment,)).mass_and_stiffness(w0 / system.natural_frequency)
     unit = mass * w0**2
-    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, segment.duration, path.phase[0])
+    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, segment.duration)
     amplitude = record.scales.amplitude * (system.natural_frequency / w0) ** order
     acting = _acting(path, record, evaluator, amplitude)
     read, row = sampled(path, segment.block, order), sensor_row(order, path.slope)

@@ -163,8 +163,7 @@ class MovingRecord:
 
     def phase(self, w0: float) -> Array:
         """Their time stamps in natural units of a frequency, shape (n,)."""
-        time = self.segment.time[: self.samples]
-        return np.asarray(w0 * (time - time[0]))
+        return np.asarray(w0 * self.segment.time[: self.samples])
 
     def clock_along(self, path: MeasuredPath, feedback: Feedback, w0: float) -> Clock:
         """Their time stamps and noise, and the propagation of a perturbation by oscillator and law."""

@@ -86,7 +86,7 @@ def _finer_line(line: Line, found: LawAlongMotion, law: Array, point: GridPoint)
         return line
     sine, cosine = waves.T
     a, b = law[own]
-    decayed = (regression.clock.phase - regression.clock.phase[0]) / (found.w0 * line.decay_time)
+    decayed = regression.clock.phase / (found.w0 * line.decay_time)
     # in half widths of the line, and by the logarithm of the decay time
     slopes = decayed * (a * cosine - b * sine), decayed * (a * sine + b * cosine)
     gram = regression.products(np.column_stack([sine, cosine, *slopes, regression.residual(law)]), point)

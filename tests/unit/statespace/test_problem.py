@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.statespace.force_prior import GridPoint
-from friction_bayes.statespace.kalman import Clock, Whitened, sensor_row
+from friction_bayes.statespace.kalman import Clock, Whitened, sensor_row, whiten
 from friction_bayes.statespace.positive_orthant import cut_moments
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression
@@ -89,7 +89,9 @@ def dense(members: tuple[Member, ...], spread: Spread) -> tuple[Whitened, np.nda
     deviation = spread.sd[spread.sd > 0.0]
     for i, member in enumerate(members):
         ratio = RATIO * member.force / member.noise
-        whitened = member.regression.whitened(np.zeros(6), ratio, TAU)
+        regression = member.regression
+        block = np.column_stack([regression.columns * regression.scale, regression.target])
+        whitened = whiten(block, regression.clock, regression.row, ratio, TAU)
         place = np.concatenate([i * own.size + np.arange(own.size), [r * own.size + i]])
         place = np.concatenate([place, r * own.size + r + np.arange(shared.size), [size]])
         take = np.concatenate([own, spread.columns[:1], shared, [6]])
