@@ -49,7 +49,6 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> tuple[tuple[frozen
         always=tuple(law.always),
         frictions=tuple(law.frictions),
         of_friction=tuple(j for j, column in enumerate(law.columns) if column.of_friction),
-        dry_friction=law.dry_friction,
         columns=len(law.columns),
         known=settings.SETTINGS,
     )
@@ -70,7 +69,6 @@ def _sets_of(
     always: tuple[int, ...],
     frictions: tuple[int, ...],
     of_friction: tuple[int, ...],
-    dry_friction: int,
     columns: int,
     known: LoopSettings,
 ) -> _Sets:
@@ -81,7 +79,7 @@ def _sets_of(
     }
     # thousands of sets: each is a number whose bits are its columns
     bits = {name: [_bits(each) for each in own] for name, own in shapes}
-    in_all, rubbing, shares_of_friction = map(_bits, (always, [dry_friction], of_friction))
+    in_all, rubbing, shares_of_friction = map(_bits, (always, [LawColumns.dry_friction], of_friction))
     bends = {name for name, own in shapes if not set(frictions).isdisjoint(own[0])}
     rubs, idles = math.log1p(-known.no_dry_friction), math.log(known.no_dry_friction)
     found: list[frozenset[str]] = []

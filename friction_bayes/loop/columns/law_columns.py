@@ -158,6 +158,8 @@ class LawColumns:
     filter: RecordingFilter | None
     friction: float
     unit_force: float
+    stiffness, dry_friction = _OF_START, _OF_START + 1
+    """Columns of the stiffness and of Coulomb friction alone, the first of the forces."""
 
     def force(self, j: int, points: Points) -> Array:
         """Force of the unit coefficient of a column behind which there is one, shape (m,), natural units."""
@@ -199,11 +201,6 @@ class LawColumns:
     def always(self) -> list[int]:
         """Columns that every set contains: start, stiffness, zero within a step, corners, and of a filter."""
         return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
-
-    @property
-    def dry_friction(self) -> int:
-        """The column of Coulomb friction alone."""
-        return next(j for j, c in enumerate(self.columns) if c.kind == "friction" and not c.effect)
 
     @property
     def frictions(self) -> list[int]:

@@ -96,7 +96,7 @@ class LawAlongMotion:
             positive=law.positive,
             sets=columns,
             log_prior=log_prior,
-            stiffness=law.always[2],
+            stiffness=law.stiffness,
             motion=motion,
             least_noise=max(record.least_noise / w0**record.segment.order, record.error.least_noise),
         )

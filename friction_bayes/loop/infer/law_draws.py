@@ -147,7 +147,7 @@ def _of_record(
 ) -> LawDraws:
     """Draws of a record from its coefficients, and the points, sets and common noise of the posterior."""
     one, member = fit.fits[r], fit.problem.members[r]
-    stiffness, noise = coefficients[:, one.law.always[2]], noise * member.noise
+    stiffness, noise = coefficients[:, one.law.stiffness], noise * member.noise
     factor = unit_force(one, stiffness)
     return LawDraws(
         fit=one,
