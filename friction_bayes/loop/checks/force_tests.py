@@ -91,7 +91,7 @@ def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     if np.any(fit.regression.row[..., 2]):
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
-    of_law = fit.law.sensor[:, law] * fit.law.scale[law]
+    of_law = fit.law.sensor[:, law] * fit.regression.scale[law]
     block = np.column_stack([of_law, fit.shown(forces, at_samples), fit.residual])
     gram = fit.regression.products(block, best) / best.noise**2
     p = law.size

@@ -38,7 +38,8 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> dict[str, Any]
     others[friction] = False
     at_nodes, at_samples = _losing_part(fit.path, fit.law.force(friction, fit.path.nodes))
     loss = fit.shown(at_nodes[:, None], at_samples[:, None])[:, 0]
-    scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
+    sds = fit.regression.scale
+    scale = np.append(sds[others], [sds[friction]] * 2)
     shape = fit.law.sensor[:, friction] - loss
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
     block = np.column_stack([columns, fit.residual])

@@ -188,16 +188,6 @@ class LawColumns:
         return slice(first, first + len(self.wrong))
 
     @property
-    def scale(self) -> Array:
-        """Prior sd of each coefficient, shape (p,)."""
-        return np.array([column.scale for column in self.columns])
-
-    @property
-    def positive(self) -> Mask:
-        """Which coefficients have to be positive, shape (p,)."""
-        return np.array([column.positive for column in self.columns])
-
-    @property
     def always(self) -> list[int]:
         """Columns that every set contains: start, stiffness, zero within a step, corners, and of a filter."""
         return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]

@@ -196,7 +196,7 @@ def coulomb_start(record: MovingRecord) -> CoulombStart | None:
     found = LawAlongMotion.of(record, motion, w0, ())
     if found is None:
         return None
-    sizes = np.zeros(found.law.scale.size)
+    sizes = np.zeros(len(found.law.columns))
     sizes[found.law.dry_friction] = fit.model.value(fit.z, FRICTION) / found.law.unit_force
     return CoulombStart(w0, motion, found.law.before(sizes, np.zeros(n)))
 

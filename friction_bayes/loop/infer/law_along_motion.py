@@ -87,13 +87,13 @@ class LawAlongMotion:
         regression = LawRegression(
             clock=clock,
             row=law.row,
-            names=tuple(str(j) for j in range(law.scale.size)),
+            names=tuple(str(j) for j in range(len(law.columns))),
             columns=law.sensor,
             states=law.states,
             known_states=law.known_states,
             target=record.signal(w0) - law.known,
-            scale=law.scale,
-            positive=law.positive,
+            scale=np.array([column.scale for column in law.columns]),
+            positive=np.array([column.positive for column in law.columns]),
             sets=columns,
             log_prior=log_prior,
             stiffness=law.stiffness,
@@ -155,7 +155,7 @@ class LawAlongMotion:
     @property
     def determined(self) -> bool:
         """Whether more samples are fitted than there are columns."""
-        return int(np.count_nonzero(self.clock.used)) > self.law.scale.size
+        return int(np.count_nonzero(self.clock.used)) > len(self.law.columns)
 
     @property
     def of_sensor(self) -> Mask:

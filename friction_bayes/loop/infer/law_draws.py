@@ -291,7 +291,7 @@ def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array |
 def _scores(draws: LawDraws, wanted: Mask) -> Array:
     law = draws.fit.law
     mine = wanted & np.array([column.kind == "effect" for column in law.columns])
-    return np.asarray(draws.coefficients[:, mine] / law.scale[mine])
+    return np.asarray(draws.coefficients[:, mine] / draws.fit.regression.scale[mine])
 
 
 def _parameters(draws: LawDraws, effect: str, chosen: Mask) -> dict[str, Array]:

@@ -279,6 +279,7 @@ def _evaluated(
     """Analysis of the sets ``kept`` with ``some`` spreads, and without one unless friction varies."""
     friction = _friction_of_loss(alone)
     law, regression = along[0].law, along[0].regression
+    scale = regression.scale[law.dry_friction]
     # a set has at most one column of friction
     rubbing = regression.sets[:, law.frictions]
     columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
@@ -289,7 +290,7 @@ def _evaluated(
     problem = Problem(
         _members(alone, along),
         np.array([column.own for column in law.columns]),
-        Spread(columns=columns, sd=spreads * level / law.scale[law.dry_friction], log_prior=np.log(share)),
+        Spread(columns=columns, sd=spreads * level / scale, log_prior=np.log(share)),
         kept,
     )
     prior = force_prior(friction)

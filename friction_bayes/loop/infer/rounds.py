@@ -278,7 +278,7 @@ class Round:
         signal = np.where(missing, np.nan, bare.found.regression.target + bare.found.law.known)
         if high_passes:
             # those of the filter come last
-            known = None if self.whole.filter is None else self._law[: bare.found.law.scale.size] != 0.0
+            known = None if self.whole.filter is None else self._law[: len(bare.found.law.columns)] != 0.0
             filters = _high_passes_of(bare.found, signal, known)
         else:
             filters = _filters_of(bare.found, signal)

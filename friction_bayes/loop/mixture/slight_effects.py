@@ -147,8 +147,8 @@ def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
             variance = float(covariance[own, own])
             information = 1.0 / variance - prior
             if information > 0.0:
-                follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
-                estimate, positive = float(mean[own]) / (variance * information), bool(law.positive[j])
+                follow = float(covariance[own, friction]) / variance * problem.scale[rubs][0] * law.unit_force
+                estimate, positive = float(mean[own]) / (variance * information), bool(problem.positive[j])
                 yield SlightEffect.of_likelihood(estimate, information, follow, effects, positive=positive)
 
 
@@ -180,10 +180,10 @@ def slight_force(fit: LawFit) -> SlightForce | None:
     """
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
     best = none.row
-    rubs = np.flatnonzero(fit.problem.sets[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
-    if rubs.size == 0:
+    rubs = [j for j in fit.law.frictions if fit.problem.sets[best, j]]
+    if not rubs:
         return None
-    j = int(rubs[0])
+    j = rubs[0]
     unseen = 0.5 * settings.SETTINGS.unseen**2
     hidden = [
         point
@@ -201,7 +201,7 @@ def slight_force(fit: LawFit) -> SlightForce | None:
     mean, variance = location[1:], scale2[1:]
     middle = float(share @ mean)
     added = float(share @ (variance + (mean - middle) ** 2)) - float(scale2[0])
-    unit = float(fit.law.scale[j]) * fit.law.unit_force
+    unit = float(fit.problem.scale[j]) * fit.law.unit_force
     return SlightForce(
         probability=float(expit(logit(settings.SETTINGS.nuisance) + math.log(bayes_factor))),
         shift=(middle - float(location[0])) * unit,

@@ -35,6 +35,7 @@ from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
+from friction_bayes.statespace.regression import frequency_change
 
 __all__ = [
     "WHETHER_IT_RUBS",
@@ -323,9 +324,11 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
         return None
     names = fit.sets[shape]
     model = LoopModel(fit.record.system, (fit.segment,), in_catalogue_order(names))
+    declared = fit.w0 / fit.record.system.natural_frequency
+    change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
     values = {
         ("", FRICTION): laws.friction[mine],
-        ("", LOG_FREQUENCY_RATIO): np.log(laws.frequency[mine] / model.system.natural_frequency),
+        ("", LOG_FREQUENCY_RATIO): np.log(declared * change),
         ("", DISPLACEMENT): draws.coefficients[mine, 0],
         ("", VELOCITY): draws.coefficients[mine, 1] * fit.w0,
     } | {

@@ -60,7 +60,7 @@ def test_columns_are_linear_about_the_faults_of_the_law_before(name: str) -> Non
     record = moving_record(scales, name)
     path = MeasuredPath.through(phase, 0.8 * np.cos(phase), -0.8 * np.sin(phase))
     law = law_columns(path, record, w0=wheel.natural_frequency, friction=1e-3)
-    sizes = np.zeros(law.scale.size)
+    sizes = np.zeros(len(law.columns))
     fault = law.alternatives(name)[0][0]
     sizes[fault] = size
     still = law.before(sizes, np.zeros(phase.size))

@@ -51,7 +51,7 @@ def test_coefficients_stay_in_their_support(fit: LawFit) -> None:
     # the zero within a step is integrated out
     assert len(target.names) == fit.fits[0].regression.sets[chosen].sum() + 2
     assert np.isfinite(target.log_prob(target.centre[None])).all()
-    positive = np.flatnonzero(fit.law.positive[fit.fits[0].regression.sets[chosen]])
+    positive = np.flatnonzero(fit.problem.positive[fit.fits[0].regression.sets[chosen]])
     assert positive.size == 2
     for j in positive:
         theta = target.centre.copy()
@@ -99,7 +99,7 @@ def test_the_target_without_a_force_is_the_closed_form(fit: LawFit) -> None:
         np.diag(target.covariance)
     )
     step = np.array([column.kind == "step" for column in fit.law.columns])
-    scaled = theta[:, :-1] / fit.law.scale[fit.fits[0].regression.sets[chosen] & ~step]
+    scaled = theta[:, :-1] / fit.problem.scale[fit.fits[0].regression.sets[chosen] & ~step]
     # the noise found with all columns of the set
     log_v = theta[:, -1] - math.log(fit.problem.only(chosen, step).evaluate(0.0, 1.0).full_noise2)
     prior = 0.5 * (scaled.shape[1] * log_v + (scaled**2).sum(axis=1) * np.expm1(-log_v))

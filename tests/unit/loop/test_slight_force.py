@@ -21,7 +21,7 @@ def test_noise_hides_more_than_it_makes_of_friction(rng: np.random.Generator) ->
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
     best, j = int(np.argmax(none.found.log_weight)), fit.law.frictions[0]
     _, scale2 = fit.posterior.problem.marginals(none, best)
-    own = float(np.sqrt(scale2[j])) * fit.law.scale[j] * fit.law.unit_force
+    own = float(np.sqrt(scale2[j])) * fit.regression.scale[j] * fit.law.unit_force
     # the less a law is off by noise, the more a force of the size that this noise hides moves it
     assert own < hidden.sd < 0.2 * SYSTEM.stiffness * FRICTION
 

@@ -42,7 +42,7 @@ def test_both_say_the_same_of_friction_alone(rng: np.random.Generator, order: in
     joint = 1.0 / np.sqrt(1.0 / found["loss"]["sd"] ** 2 + 1.0 / found["shape"]["sd"] ** 2)
     best = fit.posterior.best
     _, scale2 = fit.posterior.problem.marginals(best, fit.chosen)
-    own = np.sqrt(scale2[fit.law.dry_friction]) * fit.law.scale[fit.law.dry_friction]
+    own = np.sqrt(scale2[fit.law.dry_friction]) * fit.regression.scale[fit.law.dry_friction]
     assert joint == pytest.approx(own, rel=0.3)
 
 
