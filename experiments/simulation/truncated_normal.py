@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop.infer.normal_above import draws_in_turn
 
 __all__ = ["interval_quantile", "log_interval_probability", "truncated_draws"]
 
@@ -38,32 +37,11 @@ def interval_quantile(low: Array, high: Array, rank: Array) -> Array:
 def truncated_draws(
     mean: Array, covariance: Array, low: Array, high: Array, rng: np.random.Generator, draws: int
 ) -> Array:
-    """Draws from a normal cut to a box, shape (draws, k).
+    """Draws from a normal cut to a box, shape (draws, k)."""
 
-    Coordinates are drawn in turn, each from its conditional normal cut to its interval, and then drawn
-    again in proportion to the probability that this left the later ones; with one bounded coordinate that
-    is exact, with more it becomes so with the number of draws.
-    """
-    scale = np.sqrt(np.diag(covariance))
-    sure = np.minimum(mean - low, high - mean) / scale
-    order = np.argsort(sure, kind="stable")
-    block = covariance[np.ix_(order, order)]
-    width = scale[order]
-    root = np.linalg.cholesky(block / np.outer(width, width) + 1e-13 * np.eye(width.size)) * width[:, None]
-    normal = rng.standard_normal((draws, mean.size))
-    log_weight = np.zeros(draws)
-    for k, i in enumerate(order):
-        if not math.isfinite(low[i]) and not math.isfinite(high[i]):
-            continue
-        centre = mean[i] + normal[:, :k] @ root[k, :k]
-        a, b = (low[i] - centre) / root[k, k], (high[i] - centre) / root[k, k]
-        normal[:, k] = interval_quantile(a, b, 1.0 - rng.random(draws))
-        if k:
-            log_weight += log_interval_probability(a, b)
-    out = np.empty_like(normal)
-    out[:, order] = mean[order] + normal @ root.T
-    out = np.clip(out, low, high)
-    if np.ptp(log_weight) < 1e-9:
-        return out
-    weight = np.exp(log_weight - log_weight.max())
-    return np.asarray(out[rng.choice(draws, draws, p=weight / weight.sum())])
+    def cut(i: int, centre: Array, width: float) -> tuple[Array, Array]:
+        a, b = (low[i] - centre) / width, (high[i] - centre) / width
+        return interval_quantile(a, b, 1.0 - rng.random(draws)), log_interval_probability(a, b)
+
+    room = np.minimum(mean - low, high - mean)
+    return np.clip(draws_in_turn(mean, covariance, room, cut, rng, draws), low, high)

@@ -23,6 +23,7 @@ from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.spans import has_repeats
 from friction_bayes.records.clock import place_of_sample, sampling_interval
 from friction_bayes.records.held_readings import least_step
 from friction_bayes.records.quantisation import ROUNDING
@@ -44,15 +45,6 @@ _QUANTILE = 0.9
 """Of distances, by which their sd is known whatever dropouts there are."""
 
 
-@njit(**KERNEL)
-def _has_repeats(values: Array) -> bool:
-    """Whether two neighbours of samples, shape (n,), are equal: without, there are no dropouts."""
-    count = 0
-    for i in range(values.size - 1):
-        count += values[i] == values[i + 1]
-    return count > 0
-
-
 def without_dropouts(values: Array, angle: float) -> tuple[Array, Indices]:
     """Put in the place of dropouts the oscillation that the samples on either side fit.
 
@@ -72,7 +64,7 @@ def without_dropouts(values: Array, angle: float) -> tuple[Array, Indices]:
     """
     mended, dropped = values, np.zeros(values.size, np.bool_)
     # one may hide another next to it
-    while _has_repeats(mended):
+    while has_repeats(mended):
         filled = _fill(mended, angle)
         if not (filled != mended).any():
             break

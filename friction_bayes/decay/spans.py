@@ -16,7 +16,7 @@ from friction_bayes.core.kernels import INNER, KERNEL, njit
 from friction_bayes.decay.leaps import ONWARD
 from friction_bayes.records.quantisation import ROUNDING
 
-__all__ = ["Extremes", "extremes"]
+__all__ = ["Extremes", "extremes", "has_repeats"]
 
 _NEIGHBOURS = 3
 """Equal samples at an extreme that may be a flat top."""
@@ -82,7 +82,7 @@ def extremes(values: Array) -> Extremes:
             bottom, top = _range(part, lowest, highest)
             low[r], high[r] = min(low[r], bottom), max(high[r], top)
             ends[begin // _AT_A_TIME, 0], ends[begin // _AT_A_TIME, 1] = bottom, top
-            repeats[r] |= _repeats(part[: _AT_A_TIME + 1])
+            repeats[r] |= has_repeats(part[: _AT_A_TIME + 1])
             _fill_about_first(part, about)
             for at in range(0, part.size, _DISTANCES):
                 _widen(about[at : min(at + _DISTANCES + _AHEAD, part.size)], far, wide)
@@ -134,11 +134,12 @@ def _zeros(y: Array) -> float:
     return total
 
 
-@njit(**INNER)
-def _repeats(y: Array) -> bool:
+@njit(**KERNEL)
+def has_repeats(values: Array) -> bool:
+    """Whether two neighbours of samples, shape (n,), are equal: without, there are no dropouts."""
     count = 0
-    for i in range(y.size - 1):
-        count += y[i] == y[i + 1]
+    for i in range(values.size - 1):
+        count += values[i] == values[i + 1]
     return count > 0
 
 
