@@ -145,7 +145,7 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
     pendulum : bool
         Restoring torque ``k sin x`` rather than ``k x``.
     duration : float
-        Length of the record [s], for friction drift; times in the force count from ``time[0]``.
+        Length of the record [s], for friction drift; the times count from its start.
     p : ndarray
         Parameter vector as from :func:`friction_bayes.mechanics.effects.force_vector`; zeros mean
         Coulomb friction alone.
@@ -299,8 +299,9 @@ def integrate(
             raise InputError("driving", "acts together with effects from outside", "leave one of them out")
         propagate_forces = _propagate_driven
         parameters = (parameters, *driving)
+    start = times[0]
     status, x, v, acceleration, turning_times, turning_points, stop_time = propagate_forces(
-        times,
+        times - start,
         x0,
         v0,
         friction,
@@ -323,9 +324,9 @@ def integrate(
         displacement=x,
         velocity=v,
         acceleration=acceleration,
-        turning_times=turning_times,
+        turning_times=start + turning_times,
         turning_points=turning_points,
-        stop_time=float(stop_time),
+        stop_time=float(start + stop_time),
     )
 
 

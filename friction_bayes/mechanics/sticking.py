@@ -62,7 +62,7 @@ def rest(force, law, p, samples, t, x, j):  # type: ignore[no-untyped-def]
         In which it sets off; 0 when it never does.
     """
     while j < samples.time.size:
-        due = samples.time[j] - samples.time[0]
+        due = samples.time[j]
         if due > t:
             direction = departure(force, law, p, due, x)
             if direction != 0.0:

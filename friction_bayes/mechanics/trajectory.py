@@ -40,7 +40,7 @@ motion escapes, in ever smaller steps."""
 
 
 class State(NamedTuple):
-    """The motion at one instant; ``t`` [s] counts from the first sample."""
+    """The motion at one instant; ``t`` [s] counts as the times of the samples do."""
 
     t: float
     x: float
@@ -111,8 +111,8 @@ def _to_velocity_zero(force, law, p, t, x, v, direction, h, new_x, kx, kv):  # t
 
 
 @njit(**INNER_OF_A_FUNCTION)
-def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
-    """The limits of a motion that starts at ``x, v``."""
+def _limits(law, x, v, start, end, rtol):  # type: ignore[no-untyped-def]
+    """The limits of a motion from ``x, v`` at ``start`` on."""
     w0 = math.sqrt(law.stiffness / law.mass)
     amplitude = math.hypot(x, v / w0) + law.friction / law.stiffness
     if amplitude == 0.0:
@@ -123,7 +123,7 @@ def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
         tolerance_x,
         tolerance_x * w0,
         LARGEST_PHASE_STEP / w0,
-        STEPS_PER_RADIAN * (w0 * end + 100.0),
+        STEPS_PER_RADIAN * (w0 * (end - start) + 100.0),
         LARGEST_SPEED * w0 * amplitude,
     )
 
@@ -153,11 +153,10 @@ def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, 
     """
     time, displacement, velocity, accelerations = samples
     kx, kv, fx, fv = slopes
-    origin = time[0]
     t, x, v = now
     kx[0] = v
     kv[0] = acceleration(force, law, p, t, x, v, direction)
-    while j < time.size and time[j] - origin <= t:
+    while j < time.size and time[j] <= t:
         displacement[j] = x
         velocity[j] = v
         if accelerations.size > 0:
@@ -187,16 +186,16 @@ def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, 
             new_t = t + size
         first = j
         # a sample at the velocity zero belongs to what comes after it
-        while j < time.size and (time[j] - origin < new_t or (time[j] - origin == new_t and not turned)):
+        while j < time.size and (time[j] < new_t or (time[j] == new_t and not turned)):
             j += 1
         if j > first:
             dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
-            dense_values(time[first:j], origin + t, size, x, fx, displacement[first:j])
-            dense_values(time[first:j], origin + t, size, v, fv, velocity[first:j])
+            dense_values(time[first:j], t, size, x, fx, displacement[first:j])
+            dense_values(time[first:j], t, size, v, fv, velocity[first:j])
             if accelerations.size > 0:
                 for i in range(first, j):
                     accelerations[i] = acceleration(
-                        force, law, p, time[i] - origin, displacement[i], velocity[i], direction
+                        force, law, p, time[i], displacement[i], velocity[i], direction
                     )
         t, x, v = new_t, new_x, 0.0 if turned else new_v
         kx[0] = kx[STAGES]
@@ -222,25 +221,25 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
     """Integrate one free decay; see :func:`friction_bayes.mechanics.integrate.propagate`."""
     n = time.size
     law = Law(mass, stiffness, pendulum, friction, duration)
-    limits = _limits(law, x, v, time[n - 1] - time[0], rtol)
+    limits = _limits(law, x, v, time[0], time[n - 1], rtol)
     # the forces at the samples cost as much as the motion itself
     accelerations = np.full(n if order == 2 else 0, np.nan)
     samples = SampledMotion(time, np.full(n, np.nan), np.full(n, np.nan), accelerations)
     slopes = Slopes(np.empty(SLOPES), np.empty(SLOPES), np.empty(DENSE), np.empty(DENSE))
     turning_times, turning_points, turns = np.empty(64), np.empty(64), ZERO
     stop_time = math.inf
-    now = State(0.0, x, v)
+    now = State(time[0], x, v)
     direction = math.copysign(1.0, v)
     h, attempts = 0.1 * limits.step, 0.0
     status, j = DONE, ZERO
     while j < n and status == DONE:
         if now.v == 0.0:
-            turning_times = _noted(turning_times, turns, time[0] + now.t)
+            turning_times = _noted(turning_times, turns, now.t)
             turning_points = _noted(turning_points, turns, now.x)
             turns += 1
             direction = departure(force, law, p, now.t, now.x)
             if direction == 0.0:
-                stop_time = time[0] + now.t
+                stop_time = now.t
                 t, j, direction = rest(force, law, p, samples, now.t, now.x, j)
                 if j == n:
                     break

@@ -47,14 +47,15 @@ class Feedback(NamedTuple):
     samples: Array
     passed: Array
 
-    def bears(self, path: MeasuredPath, start: Array) -> bool:
-        """Whether the path is a motion of the law, by what follows from a unit start, shape (n, 2, 2).
+    def bears(self, path: MeasuredPath) -> bool:
+        """Whether the path is a motion of the law, by what follows from a unit start.
 
         A frequency that changes with the swing makes an error of the start grow with time, by no more than
         the slopes do; about a motion that is not the law's it grows exponentially.
         """
         span = float(path.phase[-1] - path.phase[0])
         grown = 1.0 + 0.5 * float(np.max(np.abs(self.nodes))) * span
+        start = force_response(path, np.zeros((path.node_phase.size, 2)), np.eye(2), self)
         return bool(np.max(np.abs(start)) < LEEWAY * grown)
 
     @classmethod

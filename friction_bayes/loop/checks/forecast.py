@@ -26,7 +26,7 @@ from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, dra
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.loop.report.result import Forecast, RecordTrace
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, in_catalogue_order
+from friction_bayes.mechanics.effects import in_catalogue_order
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
 from friction_bayes.statespace.measured_path import stiffness_along
@@ -201,23 +201,9 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
         for name in names
         for parameter, value in draws.parameters(name, only).items()
     }
-    # the simulated clock starts at the forecast, that of a drift with the record
-    friction, stiffness = float(draws.friction[k]), 1.0
-    for effect in (EFFECTS[name] for name in names):
-        if isinstance(effect, ForceEffect) and effect.later is not None:
-            own = [(effect.name, parameter.name) for parameter in effect.parameters]
-            share = time[0] / fit.segment.duration
-            level, later = effect.later(tuple(values[key] for key in own), share)
-            values |= dict(zip(own, later, strict=True))
-            if effect.resists:
-                # a drift that would make it negative has used it up
-                friction *= max(level, 0.0)
-            else:
-                stiffness *= level
     model = LoopModel(fit.record.system, (fit.segment,), in_catalogue_order(names))
     ratio = fit.w0 / fit.record.system.natural_frequency * frequency_change(draws.stiffness[k])
-    ratio *= math.sqrt(stiffness)
-    values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
+    values |= {("", FRICTION): float(draws.friction[k]), ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
     (z,) = model.coordinates_of({key: [value] for key, value in values.items()}, 1)
     prediction = model.predict_at(z, 0, time, (float(state[0]), float(state[1]) * fit.w0))
     if prediction is None:

@@ -141,6 +141,8 @@ class ForceEvaluator:
         Of the oscillator.
     friction : float
         Friction [N or N m] that forces refer to.
+    bent : float
+        Friction [N or N m] at which one that an effect bends is evaluated.
     duration : float
         Of the record [s], to which friction drift refers.
     """
@@ -149,11 +151,10 @@ class ForceEvaluator:
     mass: float
     stiffness: float
     friction: float
+    bent: float
     duration: float
 
-    def at(
-        self, values: Mapping[str, tuple[float, ...]], points: Points, *, friction: float | None = None
-    ) -> Array:
+    def at(self, values: Mapping[str, tuple[float, ...]], points: Points, friction: float) -> Array:
         """Forces, on the side of the motion's own acceleration, shape (m,)."""
         force = force_along(tuple(values))(
             points.phase,
@@ -161,7 +162,7 @@ class ForceEvaluator:
             np.ascontiguousarray(points.v),
             np.ascontiguousarray(points.direction, dtype=np.float64),
             self.w0,
-            self.friction if friction is None else friction,
+            friction,
             self.duration,
             self.mass,
             self.stiffness,
@@ -210,7 +211,7 @@ def force_columns(
         values = tuple(
             value if c is which else 0.0 if c in coefficients else c.at_score(score) for c in coordinates
         )
-        return evaluator.at({name: values}, points, friction=friction * evaluator.friction)
+        return evaluator.at({name: values}, points, friction * evaluator.friction)
 
     # what kind of force it is shows in a part of them
     some = slice(None, None, max(path.node_phase.size // _SOME, 1))
@@ -265,10 +266,11 @@ def _bent_friction(
 ) -> Iterator[ForceColumn]:
     """Coulomb friction and a term of fixed size in one column, whose coefficient is the friction."""
     amplitude = scales.amplitude * (scales.system.natural_frequency / evaluator.w0) ** scales.quantity.order
-    unit = evaluator.unit_force / evaluator.friction
+    unit = evaluator.unit_force / evaluator.bent
 
     def bent(points: Points, score: float) -> Array:
-        return unit * evaluator.at({name: (first.at_score(score),)}, points) - points.direction
+        values = {name: (first.at_score(score),)}
+        return unit * evaluator.at(values, points, evaluator.bent) - points.direction
 
     size = settings.SETTINGS.friction_share * amplitude
     column = LawColumn("friction", size, positive=True, effect=name, parameter=first.name)

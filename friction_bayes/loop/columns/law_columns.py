@@ -63,6 +63,11 @@ class LawBefore:
     of_sensor: tuple[tuple[float, SensorColumn], ...]
     fluctuation: Array
 
+    @property
+    def friction(self) -> float:
+        """Its dry friction, natural units; zero without."""
+        return sum(size for size, each in self.forces if each.column.kind == "friction")
+
     def gain(self, read: Sampled) -> Array:
         """A change of the signal as read by the sensor with its effects, shape (n,)."""
         gain = np.ones(read.phase.size // read.block)
@@ -102,9 +107,10 @@ class LawBefore:
         rest = np.interp(turning, path.phase, self.fluctuation) - path.restoring(x)
         still = np.zeros(turning.size)
         before, after = (rest + self.force(Points(turning, x, still, side)) for side in (towards, -towards))
-        # it is against the motion before; friction, which resists, makes it smaller after
+        # it is against the motion before; friction, which resists, makes it smaller after, unless it has not
+        # built up
         share = np.divide(after, before, out=np.zeros(turning.size), where=before * towards < 0.0)
-        return np.clip(share, 0.0, 1.0)
+        return np.maximum(share, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,7 +296,8 @@ def law_columns(
     system, segment, order = record.system, record.segment, record.segment.order
     mass, stiffness = LoopModel(system, (segment,)).mass_and_stiffness(w0 / system.natural_frequency)
     unit = mass * w0**2
-    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, segment.duration)
+    bent = about.friction if about is not None and about.friction > 0.0 else friction
+    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, bent * unit, segment.duration)
     amplitude = record.scales.amplitude * (system.natural_frequency / w0) ** order
     acting = _acting(path, record, evaluator, amplitude)
     read, row = sampled(path, segment.block, order), sensor_row(order, path.slope)
@@ -342,6 +349,8 @@ def _answers(
 ) -> _Answers:
     """The motions of the forces along a path, about a law if the path is a motion of that."""
     feedback = Feedback.none(path) if about is None else about.feedback(path)
+    if about is not None and not feedback.bears(path):
+        return _answers(path, row, acting, None)
     felt = []
     for points, slope, stiffness in (
         (path.nodes, feedback.nodes, path.stiffness[path.interval]),
@@ -356,8 +365,6 @@ def _answers(
     at_nodes, forces = felt
     start = np.eye(2, forces.shape[1])
     states, sensor = response_at_sensor(path, row, at_nodes, forces, start, feedback)
-    if about is not None and not feedback.bears(path, states[:, :, :_OF_START]):
-        return _answers(path, row, acting, None)
     return _Answers(about, feedback, forces, states, sensor)
 
 

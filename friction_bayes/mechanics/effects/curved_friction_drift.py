@@ -44,13 +44,6 @@ def _force(
     return friction * p[i] * (gone - mean) / whole * direction
 
 
-def _later(values: tuple[float, ...], share: float) -> tuple[float, tuple[float, ...]]:
-    change, time = values
-    left = math.exp(-share / time)
-    level = 1.0 + change * time * (1.0 - left)
-    return level, (change * left / level, time)
-
-
 CURVED_FRICTION_DRIFT = ForceEffect(
     name="curved_friction_drift",
     summary="r (1 + e (g - mean of g)), g = (1 - exp(-t/(tau T))) / (1 - exp(-1/tau))",
@@ -70,5 +63,4 @@ CURVED_FRICTION_DRIFT = ForceEffect(
     excludes=(FRICTION_DRIFT.name,),
     per_record=True,
     force=_force,
-    later=_later,
 )

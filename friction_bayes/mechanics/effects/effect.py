@@ -183,10 +183,6 @@ class ForceEffect(Effect):
         the velocity zero. Zero parameters mean no force, and it is then not evaluated at all.
     rotational : bool
         Whether it acts on what turns alone.
-    later : callable, optional
-        Of a term that depends on the time: ``later(values, share)`` returns the factor on friction, or on the
-        stiffness of a spring, and the values with which it is the same on a clock that starts that share of
-        ``duration`` later.
     resists : bool
         Whether it belongs to the friction force that a load cell measures: a spring's does not.
     largest_swing : float
@@ -197,7 +193,6 @@ class ForceEffect(Effect):
     kind: ClassVar[str] = "force"
 
     force: Callable[..., float]
-    later: Callable[[tuple[float, ...], float], tuple[float, tuple[float, ...]]] | None = None
     rotational: bool = False
     resists: bool = True
     largest_swing: float = math.inf

@@ -12,7 +12,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
 from friction_bayes.mechanics.effects.prior import normal
 
-__all__ = ["FRICTION_DRIFT", "drift_later"]
+__all__ = ["FRICTION_DRIFT"]
 
 
 @njit(nogil=True)
@@ -31,12 +31,6 @@ def _force(
     return friction * p[i] * (t / duration - 0.5) * direction
 
 
-def drift_later(values: tuple[float, ...], share: float) -> tuple[float, tuple[float, ...]]:
-    """A linear change on a clock that starts later, see :class:`.effect.ForceEffect`."""
-    level = 1.0 + values[0] * share
-    return level, (values[0] / level,)
-
-
 FRICTION_DRIFT = ForceEffect(
     name="friction_drift",
     summary="r (1 + e (t/T - 1/2))",
@@ -48,5 +42,4 @@ FRICTION_DRIFT = ForceEffect(
     excludes=("curved_friction_drift",),
     per_record=True,
     force=_force,
-    later=drift_later,
 )

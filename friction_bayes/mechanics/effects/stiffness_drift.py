@@ -11,7 +11,6 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
-from friction_bayes.mechanics.effects.friction_drift import drift_later
 from friction_bayes.mechanics.effects.prior import normal
 
 __all__ = ["STIFFNESS_DRIFT"]
@@ -48,6 +47,5 @@ STIFFNESS_DRIFT = ForceEffect(
     ),
     per_record=True,
     force=_force,
-    later=drift_later,
     resists=False,
 )

@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects import EFFECTS
 from unsteady_decays import RELEASE, SYSTEM, fitted, probability_of
 
 OFFERED = ("friction_drift", "curved_friction_drift", "cubic_stiffness")
-EFFECT, DRIFT = EFFECTS["curved_friction_drift"], EFFECTS["friction_drift"]
+EFFECT = EFFECTS["curved_friction_drift"]
 FRICTION = 0.018
 
 
@@ -42,22 +42,6 @@ def test_it_is_found_and_friction_is_its_mean() -> None:
 def test_a_straight_drift_is_not_called_curved() -> None:
     fits = [fitted(settling(-0.8, 100.0, seed), OFFERED) for seed in range(4, 8)]
     assert np.mean([probability_of(fit, "friction_drift") for fit in fits]) > 0.9
-
-
-@pytest.mark.parametrize(("effect", "values"), [(EFFECT, (-0.7, 0.4)), (DRIFT, (-0.7,))])
-def test_it_is_the_same_friction_on_a_clock_that_starts_later(
-    effect: ForceEffect, values: tuple[float, ...]
-) -> None:
-    """Of a record of unit length: the level on the later clock times the change there."""
-    assert effect.later is not None
-    level, later = effect.later(values, 0.3)
-
-    def friction(t: float, values: tuple[float, ...]) -> float:
-        force = effect.force(t, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, np.array(values), 0)
-        return 1.0 + float(force)
-
-    for t in np.linspace(0.0, 0.7, 5):
-        assert level * friction(t, later) == pytest.approx(friction(t + 0.3, values), rel=1e-12)
 
 
 @pytest.mark.parametrize("time_share", [0.05, 0.4, 3.0, 999.0, 1001.0, 1e12])

@@ -23,7 +23,7 @@ def test_a_force_is_linear_in_its_size_however_fast_the_motion(swing: float) -> 
     )
     phase = np.linspace(0.0, 40.0, 2000)
     path = MeasuredPath.through(phase, swing * 0.01 * np.cos(phase), -swing * 0.01 * np.sin(phase))
-    evaluator = ForceEvaluator(10.0, 10.0, 1000.0, friction=1e-3, duration=4.0)
+    evaluator = ForceEvaluator(10.0, 10.0, 1000.0, friction=1e-3, bent=1e-3, duration=4.0)
     columns = [column for column, _ in force_columns("stribeck_friction", scales, evaluator, path)]
     assert {column.kind for column in columns} == {"effect"}
     assert {column.parameter for column in columns} == {"static_excess"}
@@ -38,7 +38,7 @@ def test_a_shape_far_from_its_prior_is_a_number(name: str) -> None:
     )
     phase = np.linspace(0.0, 40.0, 2000)
     path = MeasuredPath.through(phase, 0.01 * np.cos(phase), -0.01 * np.sin(phase))
-    evaluator = ForceEvaluator(10.0, 10.0, 1000.0, friction=1e-3, duration=4.0)
+    evaluator = ForceEvaluator(10.0, 10.0, 1000.0, friction=1e-3, bent=1e-3, duration=4.0)
     far = (8.0, 8.5, 9.0, 9.5, 10.0)
     found = list(force_columns(name, scales, evaluator, path, far))
     shapes = [column.shape[0] for column, _ in found if column.shape]

@@ -62,11 +62,11 @@ def test_samples_that_are_set_aside_leave_effects_of_one_column() -> None:
     assert set(fewer.effects) < set(whole.effects)
 
 
-def test_damping_beside_presliding_is_not_taken_for_a_friction_drift() -> None:
-    """Along the motion of the one law the other is improbable: by 360 nats the law with damping is right.
+@pytest.mark.parametrize("noise", [2e-6, 2e-7])
+def test_damping_beside_presliding_is_not_taken_for_a_friction_drift(noise: float) -> None:
+    """Pre-sliding acts over a distance that depends on friction, not on what else takes energy.
 
-    Friction is some .1 % high here, by one to five of its standard deviations: of a noise of 1/5000 of the
-    amplitude the columns are not exact, and which motion they go along depends on rounding.
+    At that of the loss friction was .1 % high, by five standard deviations of the larger noise.
     """
     system = fb.Oscillator(mass=1.0, stiffness=100.0)
     record = fb.simulate(
@@ -75,7 +75,7 @@ def test_damping_beside_presliding_is_not_taken_for_a_friction_drift() -> None:
         initial_displacement=0.01,
         duration=8.0,
         sampling_rate=100.0,
-        noise_sd=2e-6,
+        noise_sd=noise,
         seed=1,
         effects={"presliding.displacement": 6e-4, "viscous_damping.damping_ratio": 2e-3},
     )
@@ -88,4 +88,6 @@ def test_damping_beside_presliding_is_not_taken_for_a_friction_drift() -> None:
     )
     report = fb.close_loop([record], system, effects=offered)
     assert report.candidates[0]["effects"] == ["viscous_damping", "presliding"]
-    assert report.friction_after["mean"] == pytest.approx(0.05, rel=2e-3)
+    found = report.friction_after
+    assert found["sd"] < 8.0 * noise
+    assert found["mean"] == pytest.approx(0.05, abs=3.5 * found["sd"])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from friction_bayes.core.system import Oscillator
@@ -79,3 +82,23 @@ def test_a_friction_that_pushes_does_not_pre_slide() -> None:
     force = PRESLIDING.force
     assert force(0.0, 1.0, -0.5, -1.0, -100.0, 1.0, 1.0, 100.0, np.array([0.02]), 0) == 0.0
     assert force(0.0, 1.0, -0.5, -1.0, 50.0, 1.0, 1.0, 100.0, np.array([0.02]), 0) > 0.0
+
+
+@pytest.mark.parametrize("times", [1.05, 1.5, 3.0, 40.0])
+@pytest.mark.parametrize("share", [0.003, 0.03, 0.3])
+def test_the_force_is_that_of_the_distance_throughout_a_half_cycle(times: float, share: float) -> None:
+    """From turning points of some amplitudes over the dead band, on both sides of it and of the centre."""
+    mass, stiffness = 2.0, 200.0
+    turn = times * FRICTION / stiffness
+    length = share * turn
+    for s in np.linspace(0.0, 2.0 * turn, 400)[1:]:
+        built_up = 1.0 - 2.0 * math.exp(-s / length)
+        work = s - 2.0 * length * -math.expm1(-s / length)
+        energy = stiffness * s * (turn - 0.5 * s) - FRICTION * work
+        if energy <= 0.0:
+            break
+        v = -math.sqrt(2.0 * energy / mass)
+        force = PRESLIDING.force(
+            0.0, turn - s, v, -1.0, FRICTION, 1.0, mass, stiffness, np.array([length]), 0
+        )
+        assert FRICTION * -1.0 + force == pytest.approx(-FRICTION * built_up, abs=1e-4 * FRICTION)
