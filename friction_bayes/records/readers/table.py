@@ -26,7 +26,7 @@ from friction_bayes.core.quantities import (
 )
 from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.clock import in_time_unit
+from friction_bayes.records.clock import in_time_unit, without_overflow
 from friction_bayes.records.readers.headers import (
     is_magnitude,
     read_header,
@@ -170,7 +170,7 @@ def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArr
         If the unit of the time column is not one of time, or it has no time where the column has a sample.
     """
     clock = table.columns[clock_name]
-    time = clock.read() * TIME_UNITS[_time_unit(place, clock_name, clock)]
+    time = without_overflow(clock.read()) * TIME_UNITS[_time_unit(place, clock_name, clock)]
     if clock.rows is None or column.rows is None:
         return time
     missing = column.rows[~np.isin(column.rows, clock.rows)]

@@ -837,3 +837,12 @@ def test_a_fleet_whose_times_are_in_another_unit(tmp_path) -> None:
         as_stack(records, None, "displacement")
     with pytest.raises(InputError, match="time in unit 'ms' instead of s"):
         validate_record(records[0, 0].assign_attrs(quantity="displacement"))
+
+
+@pytest.mark.parametrize(("unit", "a_second", "bits"), [("us", 1e6, 32), ("ms", 1e3, 32), ("ms", 1e3, 16)])
+def test_a_counter_of_ticks_that_starts_over(tmp_path, unit, a_second, bits) -> None:
+    """As millis() and micros() of a microcontroller do."""
+    ticks = (np.rint(a_second * TIME).astype(np.int64) + 2**bits - 100) % 2**bits
+    rows = [f"{tick},{x!r}" for tick, x in zip(ticks.tolist(), SIGNAL.tolist(), strict=True)]
+    record = read_record(save(tmp_path, rows, f"time_{unit},displacement_m"))
+    assert np.diff(record["time"].values) == pytest.approx(1.0 / RATE, rel=1e-3)
