@@ -88,7 +88,7 @@ _UNITS: dict[str, dict[str, float]] = {
     "rad/s2": _per(_ANGLES, "s2"),
 }
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 """Units of a column of times, in seconds."""
 
 UNCALIBRATED_UNITS = ("V", "mV", "counts", "px", "a.u.")

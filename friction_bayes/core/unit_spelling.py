@@ -28,6 +28,8 @@ _SPELLINGS = {
     "hour": "h",
     "hours": "h",
     "hr": "h",
+    "day": "d",
+    "days": "d",
     "micron": "um",
     "microns": "um",
     "inch": "in",
@@ -75,7 +77,8 @@ def plain_unit(text: str) -> str:
     str
         ``m/s2``, ``deg/s``, ``um``, ``deg``.
     """
-    plain = text.replace("**", "").translate(_CHARACTERS).strip()
+    # of a time, the date from which it is counted is no part of the unit
+    plain = text.partition(" since ")[0].replace("**", "").translate(_CHARACTERS).strip()
     power = _NEGATIVE_POWER.fullmatch(plain)
     if power is not None:
         plain = f"{power['unit']}/s{power['power'].replace('1', '')}"

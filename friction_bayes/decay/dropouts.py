@@ -1,4 +1,4 @@
-r"""Dropouts: short runs of one value that the motion cannot have, as of a reader that loses its target.
+r"""Dropouts: runs of one value, up to a period, that the motion cannot have, as of a lost target.
 
 The samples on either side of a run of equal ones fit an oscillation, which says where the run begins and
 ends. Dropouts are anywhere within the range of the signal, others as far off as the fit usually is,
@@ -24,15 +24,20 @@ from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.kernels import KERNEL, njit
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.spans import has_repeats
-from friction_bayes.records.clock import place_of_sample, sampling_interval
+from friction_bayes.records.clock import (
+    LONGEST_BRIDGED_GAP,
+    LONGEST_GAP_IN_PERIODS,
+    place_of_sample,
+    sampling_interval,
+)
 from friction_bayes.records.held_readings import least_step
 from friction_bayes.records.quantisation import ROUNDING
 from friction_bayes.records.record import record_name, with_values
 
 __all__ = ["set_dropouts_aside", "without_dropouts"]
 
-_LONGEST = 15
-"""Samples of one value that are looked at: more are a sensor that no longer measures."""
+_FEW_RADIANS = 0.5 * math.pi
+"""Over more, the amplitude is lower and the phase, by a declared frequency, off on the other side."""
 _SHARE = 1e-5
 """Prior share of dropouts among runs of one value: twice as large, it moves the limit by 1/8 sd."""
 _LEAST_SUPPORT = 4
@@ -106,8 +111,9 @@ def set_dropouts_aside(record: xr.DataArray, system: Oscillator) -> tuple[xr.Dat
 def _fill(values: Array, angle: float) -> Array:
     """The samples with the oscillation in the place of those dropouts that show."""
     filled = values.copy()
-    first, lengths = _runs(values)
-    support = np.maximum(lengths, _LEAST_SUPPORT)
+    longest = int(max(2.0 * math.pi * LONGEST_GAP_IN_PERIODS / angle, LONGEST_BRIDGED_GAP))
+    first, lengths = _runs(values, longest)
+    support = np.clip(lengths, _LEAST_SUPPORT, max(int(_FEW_RADIANS / angle), _LEAST_SUPPORT))
     before, after = np.minimum(support, first), np.minimum(support, values.size - first - lengths)
     may_be = (before >= _FEWEST) & (after >= _FEWEST) & (before + after >= 2 * _LEAST_SUPPORT - 1)
     kinds, which = np.unique(np.column_stack([lengths, before, after])[may_be], axis=0, return_inverse=True)
@@ -121,14 +127,14 @@ def _fill(values: Array, angle: float) -> Array:
 
 
 @njit(**KERNEL)
-def _runs(values: Array) -> tuple[Indices, Indices]:
-    """First samples and lengths of short runs of equal samples."""
+def _runs(values: Array, longest: int) -> tuple[Indices, Indices]:
+    """First samples and lengths of runs of equal samples."""
     first, lengths = np.empty(values.size // 2, np.intp), np.empty(values.size // 2, np.intp)
     count, begin = 0, 0
     for i in range(1, values.size + 1):
         if i < values.size and values[i] == values[i - 1]:
             continue
-        if 1 < i - begin <= _LONGEST:
+        if 1 < i - begin <= longest:
             first[count], lengths[count] = begin, i - begin
             count += 1
         begin = i
@@ -138,13 +144,16 @@ def _runs(values: Array) -> tuple[Indices, Indices]:
 class _Gap:
     """What the samples on either side say of those between, by the oscillation that fits them best.
 
-    Its columns are 1, sin and (1 - cos), which stay apart however small the angle is.
+    Its columns are 1, sin and (1 - cos), which stay apart however small the angle is; over a longer gap the
+    size of the latter two changes evenly.
     """
 
     def __init__(self, length: int, before: int, after: int, angle: float) -> None:
         at = np.arange(-before, length + after)
         phase = angle * (at - 0.5 * (length - 1))
         columns = np.column_stack([np.ones_like(phase), np.sin(phase), 2.0 * np.sin(0.5 * phase) ** 2])
+        if angle * length > _FEW_RADIANS:
+            columns = np.column_stack([columns, phase[:, None] * columns[:, 1:]])
         columns /= np.abs(columns).max(axis=0)
         outside = (at < 0) | (at >= length)
         self.around = at[outside]

@@ -563,8 +563,12 @@ def _moving_part(
         turn = _nearest_turn(still, polynomial, scale, order)
         stop = min(math.floor(begin + turn * width + shift) + 1, stop)
     disturbed, undriven = 0, 0
+    # a phase that is bent to fit a rest may run backwards at the start
+    rate = rate_of(polynomial, scale, float(start))
+    if not rate > 0.0:
+        return _nothing(NO_OSCILLATION)
     if given_start < 0 and judged:
-        half = math.pi / rate_of(polynomial, scale, float(start))
+        half = math.pi / rate
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = less(moving[free : (stop - begin) // width], rest)

@@ -10,7 +10,7 @@ import xarray as xr
 from friction_bayes.core.checks import in_unit, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
-from friction_bayes.records.clock import is_even, sampling_interval
+from friction_bayes.records.clock import check_in_seconds, is_even, sampling_interval
 from friction_bayes.records.record import seconds_from_first
 from friction_bayes.records.rounded_stamps import with_even_stamps
 
@@ -66,6 +66,7 @@ def as_stack(
         )
     if "time" not in stack.coords:
         raise InputError("sampling_rate", "missing", "give it, or a DataArray with a time coordinate")
+    check_in_seconds("records", stack["time"])
     stack = stack.assign_coords(time=np.asarray(seconds_from_first(stack["time"].values), dtype=float))
     stack = with_even_stamps(stack)
     if not is_even(stack["time"].values):

@@ -10,6 +10,7 @@ import xarray as xr
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import TIME_UNITS
+from friction_bayes.core.unit_spelling import plain_unit
 
 __all__ = [
     "GAP",
@@ -18,11 +19,14 @@ __all__ = [
     "LOST",
     "check_clock",
     "check_gaps",
+    "check_in_seconds",
     "check_time_unit",
     "gaps",
+    "in_time_unit",
     "is_even",
     "place_of_sample",
     "sampling_interval",
+    "without_overflow",
 ]
 
 JITTER_RMS = 0.01
@@ -63,6 +67,9 @@ LEAST_SHARE = 0.1
 
 _HOUR = 3600.0
 
+_COUNTERS = (2.0**16, 2.0**32)
+"""Where counters of ticks start over, as ``micros()`` of a microcontroller does after 72 minutes."""
+
 LEAST_IN_ORDER = 10
 """Time stamps that rise one after the other, of which a recording has as many; rows out of order have not."""
 
@@ -81,6 +88,48 @@ def place_of_sample(index: int, time: Array, rows: Indices | None = None, unit: 
 
 def _in_unit(seconds: float, unit: str) -> str:
     return f"{seconds / TIME_UNITS[unit]:.9g} {unit}"
+
+
+def without_overflow(ticks: Array) -> Array:
+    """Times that go on where the counter that they are read from has started over, shape (n,).
+
+    There the next count is a usual step away on the circle of the counter; the counts as they are otherwise.
+    """
+    steps = np.diff(ticks)
+    for whole in _COUNTERS:
+        over = steps < -0.5 * whole
+        if over.any() and ticks.max() < whole:
+            going_on = ticks + whole * np.append(0, np.cumsum(over))
+            if np.diff(going_on)[over].max() <= GAP * np.median(steps):
+                return np.asarray(going_on)
+    return ticks
+
+
+def in_time_unit(place: str, what: str, unit: str) -> str:
+    """Return a unit of time in its one spelling.
+
+    Raises
+    ------
+    InputError
+        If ``what`` is in no unit of time.
+    """
+    plain = plain_unit(unit)
+    if plain not in TIME_UNITS:
+        raise InputError(place, f"{what} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}")
+    return plain
+
+
+def check_in_seconds(name: str, time: xr.DataArray) -> None:
+    """Refuse times that are in another unit than seconds, by their attribute ``units``.
+
+    Raises
+    ------
+    InputError
+        Naming it.
+    """
+    unit = time.attrs.get("units", "s")
+    if plain_unit(unit) != "s":
+        raise InputError(name, f"time in unit {unit!r} instead of s", "convert it to seconds, units s")
 
 
 def check_clock(name: str, time: Array, rows: Indices | None = None, unit: str = "s") -> None:
@@ -227,8 +276,8 @@ def is_even(time: Array) -> bool:
 def check_time_unit(record: xr.DataArray, natural_frequency: float) -> None:
     """Refuse times that the declared frequency shows to be in another unit than seconds.
 
-    They are where they leave less than two samples a period, and more when taken in that unit, over a period
-    or longer.
+    They are where they leave less than two samples a period, or less than a period in all, and in that unit
+    neither.
 
     Parameters
     ----------
@@ -240,17 +289,17 @@ def check_time_unit(record: xr.DataArray, natural_frequency: float) -> None:
     Raises
     ------
     InputError
-        Naming that unit.
+        Naming that unit, or those.
     """
     per_period = 2.0 * math.pi / (natural_frequency * sampling_interval(record))
-    if per_period > 2.0:
+    fitting = [unit for unit, seconds in TIME_UNITS.items() if 2.0 < per_period / seconds < record.size]
+    if not fitting or "s" in fitting:
         return
-    for unit, seconds in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-        if 2.0 < per_period / seconds < record.size:
-            raise InputError(
-                str(record.attrs.get("name", "record")),
-                f"{per_period:.3g} samples a period of the declared {natural_frequency:.4g} rad/s, "
-                f"{per_period / seconds:.4g} with the times in {unit}: time in {unit}?",
-                f"name the time column time_{unit} in a header line, give --sampling-rate, or check mass and "
-                "stiffness",
-            )
+    raise InputError(
+        str(record.attrs.get("name", "record")),
+        f"{per_period:.3g} samples a period of the declared {natural_frequency:.4g} rad/s, "
+        + " or ".join(f"{per_period / TIME_UNITS[unit]:.4g} with the times in {unit}" for unit in fitting)
+        + f": time in {' or '.join(fitting)}?",
+        f"name the time column time_{' or time_'.join(fitting)} in a header line, give --sampling-rate, or "
+        "check mass and stiffness",
+    )

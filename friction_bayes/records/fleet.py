@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import QUANTITIES, quantity_named, to_si
+from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, quantity_named, to_si
+from friction_bayes.records.clock import in_time_unit
 from friction_bayes.records.readers.netcdf import open_zarr_group
 
 __all__ = ["open_fleet"]
@@ -60,6 +61,9 @@ def open_fleet(path: Path, blocks: Mapping[str, int] | None = None) -> xr.DataAr
     factor, unit = to_si(quantity, records.attrs["units"], place=f"{place}: attribute units")
     if "time" not in records.coords:
         raise InputError(place, "has no coordinate time", "add the sample times in seconds")
+    time = records["time"]
+    seconds = TIME_UNITS[in_time_unit(place, "coordinate time", str(time.attrs.get("units", "s")))]
+    records = records.assign_coords(time=(seconds * time).assign_attrs(units="s"))
     lazy = records.chunk({"time": -1} | dict(blocks or _blocks(records))).transpose(..., "time")
     counted = {name: np.arange(n) for name, n in lazy.sizes.items() if name not in lazy.coords}
     scaled = lazy if factor == 1.0 else lazy * factor

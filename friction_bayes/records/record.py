@@ -15,7 +15,7 @@ from friction_bayes.core.checks import finite, in_unit
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
 from friction_bayes.core.text import time_span
-from friction_bayes.records.clock import LOST, check_clock, place_of_sample
+from friction_bayes.records.clock import LOST, check_clock, check_in_seconds, place_of_sample
 
 __all__ = [
     "DUPLICATES",
@@ -231,6 +231,7 @@ def validate_record(
             f"{kind.name} in unit {unit!r} instead of {kind.unit}",
             "build the record with make_record, which converts units",
         )
+    check_in_seconds(name, record["time"])
     time, values = _numbers(name, "time", record["time"].values), _numbers(name, "signal", record.values)
     if values.size < MINIMUM_SAMPLES:
         raise InputError(

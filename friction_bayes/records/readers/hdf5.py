@@ -38,7 +38,7 @@ class Hdf5Vector(NamedTuple):
 
 
 def read_hdf5(path: Path) -> Table:
-    """Read the vectors of an HDF5 file; attributes ``quantity`` and ``units`` of a data set are used.
+    """Read the vectors of an HDF5 file; with the attributes ``quantity`` and ``units`` (or ``unit``) of each.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def read_hdf5(path: Path) -> Table:
             vector.name: Column(
                 partial(np.asarray, vector.values),
                 quantity=_text(vector.attrs.get("quantity")),
-                unit=_text(vector.attrs.get("units")),
+                unit=_text(vector.attrs.get("units", vector.attrs.get("unit"))),
                 attrs={"synthetic": True} if vector.attrs.get("synthetic") else {},
             )
             for vector in hdf5_vectors(path, "an HDF5 file")

@@ -88,7 +88,7 @@ def _table(dataset: xr.Dataset) -> Table:
         if variable.ndim != 1 or variable.dtype.kind not in "fiu":
             continue
         attrs = {key: v.item() if isinstance(v, np.generic) else v for key, v in variable.attrs.items()}
-        quantity, unit = attrs.pop("quantity", None), attrs.pop("units", None)
+        quantity, unit = attrs.pop("quantity", None), attrs.pop("units", attrs.pop("unit", None))
         if "synthetic" in attrs:
             attrs["synthetic"] = bool(attrs["synthetic"])
         columns[str(name)] = Column(

@@ -26,6 +26,7 @@ from friction_bayes.core.quantities import (
 )
 from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
+from friction_bayes.records.clock import in_time_unit, without_overflow
 from friction_bayes.records.readers.headers import (
     is_magnitude,
     read_header,
@@ -156,10 +157,7 @@ def record_from_table(
     validate_record(record, rows=rows, time_unit=time_unit)
     if signal_column is not None:
         taken = slice(None) if duplicates is not None else kept
-        signals = Table(
-            {name: each for name, each in table.columns.items() if name == signal_name or name != clock_name}
-        )
-        _warn_of_axes_that_move_more(signals, chosen, signal_name, kind, taken)
+        _warn_of_axes_that_move_more(table, chosen, signal_name, kind, taken, clock_name)
     return record
 
 
@@ -172,7 +170,7 @@ def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArr
         If the unit of the time column is not one of time, or it has no time where the column has a sample.
     """
     clock = table.columns[clock_name]
-    time = clock.read() * TIME_UNITS[_time_unit(place, clock_name, clock)]
+    time = without_overflow(clock.read()) * TIME_UNITS[_time_unit(place, clock_name, clock)]
     if clock.rows is None or column.rows is None:
         return time
     missing = column.rows[~np.isin(column.rows, clock.rows)]
@@ -321,14 +319,16 @@ def _standard_deviation(column: Column, taken: slice = slice(None)) -> float | N
     return float(values.std()) if values.size else None
 
 
-def _warn_of_axes_that_move_more(table: Table, record: str, name: str, kind: Quantity, taken: slice) -> None:
-    """Warn where another column of the same quantity moves more than the one that was named."""
+def _warn_of_axes_that_move_more(
+    table: Table, record: str, name: str, kind: Quantity, taken: slice, clock: str | None
+) -> None:
+    """Warn where another column of its quantity, but for the clock, moves more than the one named."""
     alike = {kind, _about(table, name)} - {None}
     own, unit = _movement(table, name, kind, taken)
     others = {
         other: _movement(table, other, kind, taken)
         for other in table.columns
-        if other != name and _about(table, other) in alike and not is_magnitude(other)
+        if other not in (name, clock) and _about(table, other) in alike and not is_magnitude(other)
     }
     sd, most = max(((sd, other) for other, (sd, its) in others.items() if its == unit), default=(0.0, ""))
     # of two sensors that follow the same motion nothing need be said
@@ -439,12 +439,7 @@ def _time_unit(place: str, name: str, clock: Column) -> str:
     """Return the unit of a time column; seconds where none is stated."""
     if clock.since is not None:
         return "s"
-    unit = plain_unit(clock.unit) if clock.unit else read_header(name).unit or "s"
-    if unit not in TIME_UNITS:
-        raise InputError(
-            place, f"time column {name} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}"
-        )
-    return unit
+    return in_time_unit(place, f"time column {name}", clock.unit or read_header(name).unit or "s")
 
 
 def _named_clock(place: str, name: str, clock: Column) -> str:

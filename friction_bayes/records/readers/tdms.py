@@ -11,17 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.records.readers.optional import optional_package
 from friction_bayes.records.readers.table import Column, Table
+from friction_bayes.records.record import seconds_from_first
 
 __all__ = ["read_tdms"]
 
 
 def read_tdms(path: Path) -> Table:
-    """Read the numeric channels of a TDMS file, named ``group/channel``, with waveform timing if it has any.
+    """Read the channels of a TDMS file, named ``group/channel``, with waveform timing if it has any.
 
     Parameters
     ----------
@@ -45,14 +47,21 @@ def read_tdms(path: Path) -> Table:
     columns = {}
     for group in file.groups():
         for channel in group.channels():
-            if channel.dtype.kind not in "fiu":
+            if channel.dtype.kind not in "fiuM":
                 continue
+            stamps = channel.dtype.kind == "M"
             columns[f"{group.name}/{channel.name}"] = Column(
-                partial(channel.__getitem__, slice(None)),
+                partial(_samples, channel),
+                since=str(channel[0]) if stamps and len(channel) else None,
                 unit=channel.properties.get("unit_string") or None,
                 clock=_clock(channel.properties, len(channel)),
             )
     return Table(columns)
+
+
+def _samples(channel: Any) -> NDArray[Any]:
+    """The samples of a channel, time stamps as seconds from the first."""
+    return np.asarray(seconds_from_first(channel[:]))
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Short runs of one value that the motion cannot have, and what must not be taken for them."""
+"""Runs of one value that the motion cannot have, and what must not be taken for them."""
 
 from __future__ import annotations
 
@@ -51,6 +51,25 @@ def test_runs_of_one_value_far_from_the_motion_are_found(rng: np.random.Generato
     assert np.abs(mended - CLEAN)[at].max() < SHIFT + step
 
 
+@pytest.mark.parametrize("periods", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("level", [0.0, 0.007])
+def test_longer_ones_are_found_too(rng: np.random.Generator, level: float, periods: float) -> None:
+    """Up to a period, by a frequency declared too high by a twentieth."""
+    wrong, first, length = noisy(rng), 111, round(periods * 2.0 * np.pi / ANGLE)
+    wrong[first : first + length] = level
+    mended, dropouts = without_dropouts(wrong, 1.05 * ANGLE)
+    assert dropouts.tolist() == list(range(first, first + length))
+    # where two turning points are hidden friction is felt twice
+    assert np.abs(mended - CLEAN).max() < 4.0 * SHIFT
+
+
+def pulled_and_held(values: np.ndarray) -> np.ndarray:
+    """Caught in the hand in mid-motion, pulled, held for a third of a period, and released again."""
+    held, pulled = values[250], 0.01 * np.sin(np.linspace(0.0, 0.5 * np.pi, 12)) ** 2
+    again = written_decay(TIME, held + 0.01, SHIFT)
+    return np.concatenate([values[:250], held + pulled, np.full(20, held + 0.01), again])
+
+
 def clipped(values: np.ndarray) -> np.ndarray:
     return np.clip(values, -0.012, 0.015)
 
@@ -72,7 +91,7 @@ def slipped(values: np.ndarray) -> np.ndarray:
     return encoder(values + np.where(TIME > 3.0, 6e-3, 0.0))
 
 
-@pytest.mark.parametrize("sensor", [np.array, clipped, encoder, loose, slipped])
+@pytest.mark.parametrize("sensor", [np.array, clipped, encoder, loose, slipped, pulled_and_held])
 def test_nothing_else_is_taken_for_one(
     rng: np.random.Generator, sensor: Callable[[np.ndarray], np.ndarray]
 ) -> None:

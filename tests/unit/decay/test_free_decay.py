@@ -330,3 +330,12 @@ def test_two_samples_may_be_lost_anywhere_however_few_a_period_has() -> None:
     lost_six = np.delete(np.arange(values.size), range(30, 36))
     with pytest.raises(InputError, match=r"gap of 0\.35 s"):
         find_free_decay(make_record(time[lost_six], values[lost_six], "displacement"), SYSTEM)
+
+
+def test_a_motion_of_three_half_cycles_before_a_long_rest_is_refused() -> None:
+    """Pulled from rest within six samples; the phase that bends to the rest runs backwards at the start."""
+    swing = [3.6, 7.1, 11.1, 14.8, 17.4, 19.1, 16.4, 12.2, 7.0, 1.4, -4.1, -8.7, -12.1, -13.8, -13.8, -12.5]
+    swing += [-10.2, -7.1, -3.5, 0.1, 3.4, 6.0, 7.6, 8.0, 7.6, 6.8, 5.5, 3.9, 2.3, 0.7, -0.6, -1.6]
+    signal = 1e-3 * np.concatenate([np.zeros(15), swing, np.full(152, -2.0)])
+    with pytest.raises(InputError, match="no free oscillation found"):
+        found(signal, 30.0, "displacement", Oscillator(mass=10.0, stiffness=1000.0))

@@ -15,9 +15,12 @@ from scipy.io import savemat, wavfile
 from friction_bayes.core import optional
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import STANDARD_GRAVITY
+from friction_bayes.estimators.stack import as_stack
+from friction_bayes.records.clock import check_time_unit
+from friction_bayes.records.fleet import open_fleet
 from friction_bayes.records.readers import READERS, Column, Table, read_record
 from friction_bayes.records.readers.text import TEXT_SUFFIXES
-from friction_bayes.records.record import make_record
+from friction_bayes.records.record import make_record, validate_record
 from friction_bayes.records.writers import write_record
 
 N, RATE = 120, 100
@@ -767,3 +770,79 @@ def test_names_on_a_comment_above_the_numbers_are_taken(between: str, tmp_path: 
     path.write_text("\n".join(["# of two runs", *rows]))
     with pytest.raises(InputError, match="no header line"):
         read_record(path)
+
+
+@pytest.mark.parametrize(
+    ("header", "per_second"),
+    [("time (days)", 1.0 / 86400.0), ("t [d]", 1.0 / 86400.0), ("time_d", 1.0 / 86400.0)],
+)
+def test_times_in_days(tmp_path, header, per_second) -> None:
+    rows = [f"{738000.5 + per_second * t:.12f},{x!r}" for t, x in zip(TIME, SIGNAL.tolist(), strict=True)]
+    record = read_record(save(tmp_path, rows, f"{header},displacement_m"))
+    assert np.diff(record["time"].values) == pytest.approx(1.0 / RATE, rel=0.01)
+
+
+@pytest.mark.parametrize(("unit", "in_seconds"), [("d", 86400.0), ("min", 60.0)])
+def test_times_in_another_unit_that_no_one_states_are_refused(tmp_path, unit, in_seconds) -> None:
+    rows = [f"{t:.15g},{x!r}" for t, x in zip(TIME / in_seconds, SIGNAL.tolist(), strict=True)]
+    record = read_record(save(tmp_path, rows, "time,displacement_m"))
+    with pytest.raises(InputError, match=rf"time in {unit}\?; name the time column time_{unit} "):
+        check_time_unit(record, 10.0)
+
+
+def test_hdf5_with_units_by_their_singular(tmp_path) -> None:
+    import h5py
+
+    with h5py.File(tmp_path / "decay.h5", "w") as file:
+        for name, values, unit in (("time", TIME / 60.0, "minutes"), ("displacement", 1e3 * SIGNAL, "mm")):
+            file[name] = values
+            file[name].attrs["unit"] = unit
+    assert_is_the_signal(read_record(tmp_path / "decay.h5"), rtol=1e-12)
+
+
+def test_tdms_with_a_channel_of_time_stamps(tmp_path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    stamps = np.datetime64("2024-03-01T12:00:00") + np.rint(1e9 * TIME).astype("timedelta64[ns]")
+    with TdmsWriter(tmp_path / "decay.tdms") as writer:
+        channels = [("stamps", stamps), ("displacement_m", SIGNAL)]
+        writer.write_segment([ChannelObject("rig", name, values) for name, values in channels])
+    record = read_record(tmp_path / "decay.tdms")
+    assert_is_the_signal(record, rtol=1e-9)
+    assert "[s since 2024-03-01T12:00:00" in record.attrs["read"]
+
+
+def test_netcdf_with_times_since_a_date(tmp_path) -> None:
+    dataset = xr.Dataset(
+        {"displacement": ("time", SIGNAL, {"units": "m"})},
+        coords={"time": ("time", 1e3 * TIME, {"units": "milliseconds since 2024-01-01 12:00:00"})},
+    )
+    dataset.to_netcdf(tmp_path / "decay.nc", engine="scipy")
+    assert_is_the_signal(read_record(tmp_path / "decay.nc"), rtol=1e-12)
+
+
+def test_a_fleet_whose_times_are_in_another_unit(tmp_path) -> None:
+    records = xr.DataArray(
+        np.tile(SIGNAL, (2, 2, 1)),
+        dims=("machine", "point", "time"),
+        coords={"time": ("time", 1e3 * TIME, {"units": "ms"})},
+        attrs={"units": "m"},
+    )
+    records.to_dataset(name="displacement").to_zarr(tmp_path / "fleet.zarr", consolidated=False)
+    fleet = open_fleet(tmp_path / "fleet.zarr")
+    assert fleet is not None
+    assert fleet["time"].values == pytest.approx(TIME, rel=1e-12)
+    assert fleet["time"].attrs["units"] == "s"
+    with pytest.raises(InputError, match="time in unit 'ms' instead of s"):
+        as_stack(records, None, "displacement")
+    with pytest.raises(InputError, match="time in unit 'ms' instead of s"):
+        validate_record(records[0, 0].assign_attrs(quantity="displacement"))
+
+
+@pytest.mark.parametrize(("unit", "a_second", "bits"), [("us", 1e6, 32), ("ms", 1e3, 32), ("ms", 1e3, 16)])
+def test_a_counter_of_ticks_that_starts_over(tmp_path, unit, a_second, bits) -> None:
+    """As millis() and micros() of a microcontroller do."""
+    ticks = (np.rint(a_second * TIME).astype(np.int64) + 2**bits - 100) % 2**bits
+    rows = [f"{tick},{x!r}" for tick, x in zip(ticks.tolist(), SIGNAL.tolist(), strict=True)]
+    record = read_record(save(tmp_path, rows, f"time_{unit},displacement_m"))
+    assert np.diff(record["time"].values) == pytest.approx(1.0 / RATE, rel=1e-3)
