@@ -120,7 +120,7 @@ def likely_high_passes(log_likelihood: MotionBehind, order: int) -> list[tuple[f
     shares = softmax(values)
     if not whiteness(log_likelihood.left(found[int(np.argmax(values))])).white:
         return []
-    return [(float(shares[k]), found[k]) for k in np.argsort(-shares)]
+    return [(float(shares[k]), found[k]) for k in np.argsort(-shares) if shares[k] > 0.0]
 
 
 def likeliest_corner(kind: FilterKind, log_likelihood: Likelihood) -> tuple[float, float]:

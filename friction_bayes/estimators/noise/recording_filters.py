@@ -439,12 +439,12 @@ def _of_corner(
     rates: Callable[[float], Complexes] = lambda corner: np.empty(0, np.complex128),
     between: tuple[float, float] | None = None,
     *,
-    another: Callable[..., Array] | None = None,
+    others: Sequence[Callable[..., Array]] = (),
     both_ways: bool = False,
 ) -> FilterKind:
     """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
 
-    The response may also be ``another``, one standard deviation apart. Words and the corners that are tried,
+    The response may also be one of ``others``, each one standard deviation apart. Words and the corners that are tried,
     ``between`` of high passes, have corners over the motion's frequency.
     """
 
@@ -454,7 +454,7 @@ def _of_corner(
         shown = partial(response, corner=corner)
         own = RecordingFilter(words(corner / angle), shown, angle, settling=slow, both_ways=both_ways)
         neighbours = [partial(response, corner=corner / _APART)]
-        neighbours += [] if another is None else [partial(another, corner=corner)]
+        neighbours += [partial(other, corner=corner) for other in others]
         return replace(own, doubts=tuple(_apart(own, neighbour) for neighbour in neighbours))
 
     high_pass = between is not None
@@ -471,25 +471,12 @@ def _apart(filter_: RecordingFilter, response: Response) -> Response:
     return _combined([1.0, -1.0], [replace(filter_, response=response).without_delay, filter_.without_delay])
 
 
-def _of_poles(
-    angle: float, poles: Complexes, name: str, ways: int, another: Complexes | None = None
-) -> FilterKind:
-    """Low passes of the poles that they have at a corner of one, by the bilinear transform.
+def _of_poles(angle: float, poles: Complexes, name: str, ways: int) -> FilterKind:
+    """Low passes of the poles that they have at a corner of one, by the bilinear transform."""
 
-    Or of ``another`` choice of these, one standard deviation apart.
-    """
-
-    def response(omega: Array, *, corner: float, poles: Complexes = poles) -> Array:
-        s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
-        product = s - poles[0]
-        for pole in poles[1:]:
-            product *= s - pole
-        one_way = np.prod(-poles) / product
+    def response(omega: Array, *, corner: float) -> Array:
+        one_way = _through_poles(omega, corner, poles)
         return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
-
-    def rates(corner: float) -> Complexes:
-        own = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
-        return np.asarray(np.log((1.0 + own) / (1.0 - own)))
 
     name += ", forward and backward" if ways == 2 else ""
     return _of_corner(
@@ -497,10 +484,23 @@ def _of_poles(
         angle,
         lambda corner: f"a {name}, corner at {corner:.3g} times the motion's frequency",
         response,
-        rates,
-        another=None if another is None else partial(response, poles=another),
+        partial(_rates_of, poles=poles),
         both_ways=ways == 2,
     )
+
+
+def _through_poles(omega: Array, corner: float, poles: Complexes) -> Complexes:
+    s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
+    product = s - poles[0]
+    for pole in poles[1:]:
+        product *= s - pole
+    return np.asarray(np.prod(-poles) / product)
+
+
+def _rates_of(corner: float, poles: Complexes) -> Complexes:
+    """At which a low pass of these poles forgets [1/sample]."""
+    own = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
+    return np.asarray(np.log((1.0 + own) / (1.0 - own)))
 
 
 def _butterworth(angle: float, order: int, ways: int) -> FilterKind:
@@ -515,13 +515,25 @@ def _bessel(angle: float) -> FilterKind:
 
 
 def _resonance(angle: float, damping: float) -> FilterKind:
-    """A sensor on a mount that resonates, at three times the motion's frequency at least."""
-    return _of_poles(
+    """What rings at each corner, from three times the motion's frequency on.
+
+    The mount of a sensor magnifies the motion too. A second mode of what moves, which the force drives, rings
+    alike and does not: nothing in a record tells the two apart, so that the gain is either, equally probable.
+    """
+
+    def response(omega: Array, *, corner: float, damping: float = damping, share: float = 0.5) -> Array:
+        poles = _oscillator(damping)
+        magnified = abs(_through_poles(np.array([angle]), corner, poles)[0])
+        return np.asarray((share + (1.0 - share) / magnified) * _through_poles(omega, corner, poles))
+
+    name = f"resonance of the mount or a second mode, damping ratio {damping:g}"
+    return _of_corner(
+        name,
         angle,
-        _oscillator(damping),
-        f"resonance of the mount, damping ratio {damping:g}",
-        1,
-        another=_oscillator(damping * _DAMPINGS_APART),
+        lambda corner: f"a {name}, corner at {corner:.3g} times the motion's frequency",
+        response,
+        partial(_rates_of, poles=_oscillator(damping)),
+        others=[partial(response, damping=damping * _DAMPINGS_APART), partial(response, share=1.0)],
     )
 
 
@@ -540,7 +552,7 @@ def _pickup(angle: float, damping: float) -> FilterKind:
         response,
         lambda corner: corner * _oscillator(damping)[:1],
         _HIGH_PASS,
-        another=partial(response, damping=damping + _PICKUPS_APART),
+        others=[partial(response, damping=damping + _PICKUPS_APART)],
     )
 
 
