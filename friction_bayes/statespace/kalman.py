@@ -17,7 +17,7 @@ this is least squares. Units are those of :mod:`friction_bayes.statespace.transi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -229,8 +229,7 @@ class Clock:
         return ForcedSteps(index, transitions, added, ratio * ratio)
 
 
-@dataclass(frozen=True, eq=False)
-class Whitened:
+class Whitened(NamedTuple):
     """Sums of a whitened block of columns ``B``, of which the last is usually the record.
 
     Attributes
@@ -289,7 +288,7 @@ def whiten(
     used = scale > 0.0
     variances = np.full(used.size, np.nan)
     variances[used] = scale[used] ** -2.0
-    return replace(whitened, columns=white, variances=variances)
+    return whitened._replace(columns=white, variances=variances)
 
 
 def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> Array:

@@ -75,6 +75,8 @@ class SetEvidences(NamedTuple):
     @property
     def log_total(self) -> float:
         """Logarithm of the sum of the weights, to which the sets that were left out add nothing."""
+        if self.log_weight.size == 1:
+            return float(self.log_weight[0])
         counts = self.log_weight > self.log_weight.max() - _LEFT_OUT
         return float(np.logaddexp.reduce(self.log_weight[counts]))
 

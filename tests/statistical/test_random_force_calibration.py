@@ -7,7 +7,6 @@ unit sd, which the analyst does not know: its prior is improper, and hundreds of
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,7 +86,7 @@ def calibrated(
         every = np.ones(size, np.bool_)
         for k in range(size, size + len(group)):
             mine = [*range(size), k]
-            own = replace(whitened, gram=whitened.gram[np.ix_(mine, mine)])
+            own = whitened._replace(gram=whitened.gram[np.ix_(mine, mine)])
             found = evaluate_sets(own, np.zeros(size), confined, every[None], np.zeros(1))
             posterior = set_posterior(
                 own.gram, np.zeros(size), every, found.full_noise2, float(found.noise2[0])

@@ -395,7 +395,7 @@ class Laid:
             path, (corner, sd) = self, likeliest_corner(kind, self._motion_behind())
             for _ in range(_BEHIND_HIGH_PASS):
                 path = path._seen_through(kind.of(corner))
-                corner, sd = likeliest_corner(kind, path._motion_behind())
+                corner, sd = likeliest_corner(kind, path._motion_behind(), corner)
             filters = filters_near(kind, corner, sd, path._log_evidence_behind)
             yield kind.name, [(each, path.behind(each)) for each in filters]
 

@@ -48,6 +48,7 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import RIDGE, near_least_squares
 
 __all__ = [
+    "IMPROBABLE",
     "LOOKED_AT",
     "FoundFilters",
     "FoundKind",
@@ -85,6 +86,9 @@ zeros every fourth is tried first."""
 _MOST_GAINED = 50.0
 """What sizes between those of that ratio add at most to a log evidence (23 in 256 kinds of 16 records), and
 sizes between some farther apart as the square of that: where it is too little, no finer ones are tried."""
+IMPROBABLE = 1e-3
+"""Odds of a kind against noise that was not filtered below which no finer ones are tried either: a tenth of
+those that an account has."""
 _BY_NOISE = 4
 """How many sizes of a filter with zeros are tried: those that the zeros of the noise make most probable."""
 _MOST, _MUCH_LESS = 30, 0.05
@@ -321,7 +325,12 @@ def _around_the_best(places: Sequence[int], value: Callable[[int], float], log_o
     best = max(tops, key=height)
     if not worth_more(best, 1):
         return range(0)
-    return range(places[max(best - 1, 0)], places[min(best + 1, last)] + 1)
+    near = range(places[max(best - 1, 0)], places[min(best + 1, last)] + 1)
+    # between three places a parabola rises above them by an eighth of its bend at most
+    middle = min(max(best, 1), last - 1)
+    bend = abs(2.0 * height(middle) - height(middle - 1) - height(middle + 1)) if last > 1 else math.inf
+    most = height(best) + bend + math.log(len(near))
+    return near if most > log_other + math.log(IMPROBABLE) else range(0)
 
 
 def _spread(sizes: Array) -> list[int]:

@@ -35,10 +35,8 @@ _MOST_MEMORY = 2
 """Coefficients of what a high pass remembers of the time before."""
 _TRIED = 16
 """Corners among which the most likely is found: as densely as a hump of the likelihood is wide."""
-_CLOSE = 1e-4
-"""Relative distance of corners that are one."""
 _STEP = 0.01
-"""The same over which a likelihood bends."""
+"""Relative distance of corners over which a likelihood is a parabola."""
 _FAR = 5.0
 """Standard deviations within which the law and a swing that varies have their most likely corners."""
 _NODES = np.arange(-2.0, 2.5)
@@ -123,12 +121,19 @@ def likely_high_passes(log_likelihood: MotionBehind, order: int) -> list[tuple[f
     return [(float(shares[k]), found[k]) for k in np.argsort(-shares) if shares[k] > 0.0]
 
 
-def likeliest_corner(kind: FilterKind, log_likelihood: Likelihood) -> tuple[float, float]:
-    """The corner [rad/sample] of a kind behind which a record is most likely, and its relative sd."""
+def likeliest_corner(
+    kind: FilterKind, log_likelihood: Likelihood, near: float | None = None
+) -> tuple[float, float]:
+    """The corner [rad/sample] of a kind behind which a record is most likely, and its relative sd.
+
+    It is ``near`` one where that is given, as along much the same motion.
+    """
     low, high = (math.log(each) for each in kind.sizes[[0, -1]])
     tried = np.linspace(low, high, _TRIED)
-    values = [log_likelihood(_of_known(kind, math.exp(each))) for each in tried]
-    return _peak(kind, log_likelihood, float(tried[np.argmax(values)]), tried[1] - tried[0])
+    if near is None:
+        values = [log_likelihood(_of_known(kind, math.exp(each))) for each in tried]
+        near = math.exp(tried[np.argmax(values)])
+    return _peak(kind, log_likelihood, math.log(near), tried[1] - tried[0])
 
 
 def filters_near(
@@ -160,7 +165,10 @@ def _peak(kind: FilterKind, log_likelihood: Likelihood, near: float, within: flo
         return -log_likelihood(_of_known(kind, math.exp(log_corner)))
 
     between = max(near - within, low), min(near + within, high)
-    best = minimize_scalar(loss, bounds=between, method="bounded", options={"xatol": _CLOSE})
-    bend = loss(best.x - _STEP) + loss(best.x + _STEP) - 2.0 * best.fun
-    sd = _STEP / math.sqrt(bend) if bend > 0.0 else within
-    return math.exp(best.x), min(sd, 0.5 * within)
+    best = minimize_scalar(loss, bounds=between, method="bounded", options={"xatol": _STEP})
+    below, above = loss(best.x - _STEP), loss(best.x + _STEP)
+    bend = below + above - 2.0 * best.fun
+    if bend <= 0.0:
+        return math.exp(best.x), 0.5 * within
+    top = min(max(best.x + 0.5 * _STEP * (below - above) / bend, between[0]), between[1])
+    return math.exp(top), min(_STEP / math.sqrt(bend), 0.5 * within)

@@ -34,7 +34,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
-from friction_bayes.estimators.noise.filter_evidence import FoundFilters, FoundKind
+from friction_bayes.estimators.noise.filter_evidence import IMPROBABLE, FoundFilters, FoundKind
 from friction_bayes.estimators.noise.noise_integral import over_noise
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, own_colour, sensor_noise
 from friction_bayes.estimators.noise.other_forces import (
@@ -595,9 +595,15 @@ def _high_passes(unfiltered: _Unfiltered) -> list[tuple[FoundKind, list[tuple[fl
         same = np.maximum.reduce([each.regression.clock.variance for each in laws])
         none = best.along(best.laid.with_variance(same)).log_evidence
         none += unfiltered.log_evidence - best.log_evidence + math.log1p(-FILTERED)
-        values = [
-            filter_.log_prior + _log_evidence(each.with_variance(same)) - none for filter_, each in corners
-        ]
+        # corners differ little: where the middle one is too improbable, it stands for all
+        middle = len(corners) // 2
+        order = [corners[middle], *corners[:middle], *corners[middle + 1 :]]
+        values: list[float] = []
+        for filter_, each in order:
+            values.append(filter_.log_prior + _log_evidence(each.with_variance(same)) - none)
+            if values[0] + math.log(len(order)) < math.log(IMPROBABLE):
+                break
+        corners = order[: len(values)]
         filters = zip(values, (filter_ for filter_, _ in corners), strict=True)
         shares = zip(softmax(values).tolist(), (each for _, each in corners), strict=True)
         kind = FoundKind(name, sorted(filters, key=itemgetter(0), reverse=True))

@@ -89,4 +89,6 @@ def test_sizes_are_tried_as_finely_as_they_may_be_probable() -> None:
 
     few, some, many = (tried(log_other) for log_other in (1e3, 100.0, 0.0))
     assert few < some < many
+    # with as even a log evidence nothing between them is as probable as that
+    assert tried(20.0) == some
     assert few == 1 + math.ceil(math.log(kind.sizes[-1] / kind.sizes[0]) / math.log(1.12) / 4)

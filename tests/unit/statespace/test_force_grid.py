@@ -92,6 +92,18 @@ def test_evidence_and_mean_are_those_of_a_fine_grid(height):
     assert given.mean() == pytest.approx(mean, abs=0.05)
 
 
+def test_a_normal_mode_takes_few_evaluations():
+    """Each whitens a record; half of them are to find the mode."""
+    places = set()
+
+    def counted(size, log_tau):
+        places.add((size, log_tau))
+        return one(size, log_tau)
+
+    integrate_force(Landscape(counted), PRIOR)
+    assert len(places) <= 75
+
+
 def test_only_the_mode_is_the_better_of_two():
     posterior = integrate_force(Landscape(two_of_which_the_later_is_better), PRIOR, only_mode=True)
     assert len(posterior.points) == 2
