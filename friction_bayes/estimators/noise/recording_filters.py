@@ -444,8 +444,8 @@ def _of_corner(
 ) -> FilterKind:
     """Filters of ``response(omega, corner=...)``, which forget at the rates [1/sample] of a corner.
 
-    The response may also be one of ``others``, each one standard deviation apart. Words and the corners that are tried,
-    ``between`` of high passes, have corners over the motion's frequency.
+    The response may also be one of ``others``, each one standard deviation apart. Words and the corners that
+    are tried, ``between`` of high passes, have corners over the motion's frequency.
     """
 
     def of(corner: float) -> RecordingFilter:
