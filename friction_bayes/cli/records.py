@@ -148,8 +148,8 @@ def load_decays(source: str, arguments: argparse.Namespace) -> tuple[list[xr.Dat
     system = system_of(arguments)
     stated = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
     record = fb.read_record(source, **{name: value for name, value in stated.items() if value is not None})
-    check_time_unit(record, system.natural_frequency)
     check_declared_units(record, system)
+    check_time_unit(record, system.natural_frequency)
     return _chosen_decays(record, system, arguments.decay), system
 
 

@@ -59,18 +59,18 @@ def _clipped_at_top(signal: Array, *, sign: float = 1.0) -> tuple[int, float]:
     starts, lengths = _runs(signal)
     levels = signal[starts]
     at_top = levels >= top - rounding
-    # a release from rest at the end of a hold leaves one flat run at the very start, which proves nothing
-    evidence = at_top.copy()
-    evidence[0] = False
+    inside = ~at_top & (levels > bottom + rounding)
+    under = top - rounding - STEPS_BELOW * _resolution(signal, starts, lengths, inside)
+    # what is near the top from the very start on is a hold that ends with a release, which proves nothing
+    held = int(np.argmax(signal < under))
+    evidence = at_top & (starts >= held) & (starts > 0)
     if top == bottom or not (evidence & (lengths >= SHORTEST_RUN)).any():
         return 0, 0.0
     # noise of a few steps holds a value by chance: one flat run counts if those below are far shorter
     upper = ~at_top & (levels > 0.5 * (top + np.median(signal)))
     if np.count_nonzero(evidence) == 1 and lengths[evidence].sum() <= lengths[upper].max(initial=0) + 1:
         return 0, 0.0
-    inside = ~at_top & (levels > bottom + rounding)
-    depth = STEPS_BELOW * _resolution(signal, starts, lengths, inside)
-    beneath = np.count_nonzero((signal < top - rounding) & (signal >= top - rounding - depth))
+    beneath = np.count_nonzero((signal[held:] < top - rounding) & (signal[held:] >= under))
     if lengths[evidence].sum() <= beneath:
         return 0, 0.0
     return int(lengths[at_top].sum()), float(sign * top)

@@ -41,10 +41,12 @@ def test_a_record_mostly_at_rest_is_left_alone(step, noise, rng) -> None:
     assert clipped_fraction(signal) == (0.0, None)
 
 
-@pytest.mark.parametrize("step", [0.0, 2e-5])
-def test_a_hold_before_release_is_not_clipping(step) -> None:
+@pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (2e-5, 0.0), (2e-5, 1e-5)])
+def test_a_hold_before_release_is_not_clipping(step, noise, rng) -> None:
+    """With noise of half a step too, of which many runs are at the highest level."""
     signal = decay(1000)
     held = np.concatenate([np.full(700, signal[0]), signal])
+    held += noise * rng.standard_normal(held.size)
     assert clipped_fraction(quantised(held, step)) == (0.0, None)
 
 
