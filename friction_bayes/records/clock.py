@@ -26,7 +26,6 @@ __all__ = [
     "is_even",
     "place_of_sample",
     "sampling_interval",
-    "without_overflow",
 ]
 
 JITTER_RMS = 0.01
@@ -67,9 +66,6 @@ LEAST_SHARE = 0.1
 
 _HOUR = 3600.0
 
-_COUNTERS = (2.0**16, 2.0**32)
-"""Where counters of ticks start over, as ``micros()`` of a microcontroller does after 72 minutes."""
-
 LEAST_IN_ORDER = 10
 """Time stamps that rise one after the other, of which a recording has as many; rows out of order have not."""
 
@@ -88,21 +84,6 @@ def place_of_sample(index: int, time: Array, rows: Indices | None = None, unit: 
 
 def _in_unit(seconds: float, unit: str) -> str:
     return f"{seconds / TIME_UNITS[unit]:.9g} {unit}"
-
-
-def without_overflow(ticks: Array) -> Array:
-    """Times that go on where the counter that they are read from has started over, shape (n,).
-
-    There the next count is a usual step away on the circle of the counter; the counts as they are otherwise.
-    """
-    steps = np.diff(ticks)
-    for whole in _COUNTERS:
-        over = steps < -0.5 * whole
-        if over.any() and ticks.max() < whole:
-            going_on = ticks + whole * np.append(0, np.cumsum(over))
-            if np.diff(going_on)[over].max() <= GAP * np.median(steps):
-                return np.asarray(going_on)
-    return ticks
 
 
 def in_time_unit(place: str, what: str, unit: str) -> str:

@@ -10,14 +10,17 @@ import xarray as xr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import RecordWarning
+from friction_bayes.records.clock import GAP
 from friction_bayes.records.quantisation import ROUNDING
 from friction_bayes.records.record import record_name
 
-__all__ = ["going_on", "while_going_on"]
+__all__ = ["going_on", "ticks_going_on", "while_going_on"]
 
 _TURN = 2.0 * math.pi
 _LEAST_BITS = 8
 """Of a counter."""
+_TICKS = (2.0**16, 2.0**32)
+"""Where counters of ticks start over, as ``micros()`` of a microcontroller does after 72 minutes."""
 _LIKE_OTHERS = 2.0
 """Times the largest step elsewhere that one over the border may be: a stray sample is far off."""
 
@@ -69,6 +72,21 @@ def going_on(values: Array, unit: str) -> Array | None:
         return None
     turns = found - shown
     return np.asarray(values + turns[np.maximum(np.cumsum(inside) - 1, 0)])
+
+
+def ticks_going_on(ticks: Array) -> Array:
+    """Times that go on where the counter that they are read from has started over, shape (n,).
+
+    There the next count is a usual step away on the circle of the counter; the counts as they are otherwise.
+    """
+    steps = np.diff(ticks)
+    for whole in _TICKS:
+        over = steps < -0.5 * whole
+        if over.any() and ticks.max() < whole:
+            found = ticks + whole * np.append(0, np.cumsum(over))
+            if np.diff(found)[over].max() <= GAP * np.median(steps):
+                return np.asarray(found)
+    return ticks
 
 
 def _in_one_turn(values: Array, period: float) -> Mask:

@@ -53,7 +53,7 @@ RECORDS: dict[str, tuple[Edit, str]] = {
     "time in ms": (lambda time, signal: (1e3 * time, signal), "time in ms?"),
     "time in us": (lambda time, signal: (1e6 * time, signal), "time in us?"),
     "time in ns": (lambda time, signal: (1e9 * time, signal), "time in ns?"),
-    "time in ks": (lambda time, signal: (1e-3 * time, signal), "check mass and stiffness"),
+    "time in ks": (lambda time, signal: (1e-3 * time, signal), "time in h?"),
     "clipped": (lambda time, signal: (time, np.clip(signal, -0.015, 0.015)), "close-loop"),
     "empty": (lambda time, signal: (time[:0], signal[:0]), "decay.csv"),
 }

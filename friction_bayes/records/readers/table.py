@@ -26,7 +26,7 @@ from friction_bayes.core.quantities import (
 )
 from friction_bayes.core.text import number, words
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.clock import in_time_unit, without_overflow
+from friction_bayes.records.clock import in_time_unit
 from friction_bayes.records.readers.headers import (
     is_magnitude,
     read_header,
@@ -36,6 +36,7 @@ from friction_bayes.records.readers.headers import (
 )
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
+from friction_bayes.records.starting_over import ticks_going_on
 
 __all__ = ["Column", "Table", "is_time", "meanings", "record_from_table", "times_of"]
 
@@ -170,7 +171,7 @@ def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArr
         If the unit of the time column is not one of time, or it has no time where the column has a sample.
     """
     clock = table.columns[clock_name]
-    time = without_overflow(clock.read()) * TIME_UNITS[_time_unit(place, clock_name, clock)]
+    time = ticks_going_on(clock.read()) * TIME_UNITS[_time_unit(place, clock_name, clock)]
     if clock.rows is None or column.rows is None:
         return time
     missing = column.rows[~np.isin(column.rows, clock.rows)]
