@@ -137,6 +137,12 @@ class Round:
     def _law(self) -> Array:
         return self._posterior.best_law()
 
+    @property
+    def is_shaped(self) -> bool:
+        """Whether noise is coloured, or corners may be of another shape than the motion gives them."""
+        whole = self.whole
+        return isinstance(whole.error, Colour) or whole.filter is not None or whole.free_corners
+
     @cached_property
     def leaves_nothing(self) -> bool:
         """Whether the residual of the law is white noise, without a knock or a probable random force."""

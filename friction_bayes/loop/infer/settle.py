@@ -15,6 +15,7 @@ from functools import reduce
 
 import numpy as np
 
+from friction_bayes.loop.columns.law_columns import SENSOR_ZERO
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
@@ -48,17 +49,27 @@ def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     """
     latest = _converged(whole, filters=filters)
     if latest is None or latest.is_dry_friction_alone or CURVED_SENSOR_DRIFT.name not in latest.acting:
-        return latest
+        return _weakened(latest)
     straight = _converged(whole.without_effects({CURVED_SENSOR_DRIFT.name}), filters=filters)
-    return _better(latest, None if straight is None else _settled(straight.among(whole.allowed)))
+    return _weakened(_better(latest, None if straight is None else _settled(straight.among(whole.allowed))))
+
+
+def _weakened(latest: Round | None) -> Round | None:
+    """The law under noise nowhere below its level near the motion's frequency, where that has a colour.
+
+    Its evidence is that of weaker noise, and compared with no other.
+    """
+    if latest is None or not latest.is_shaped:
+        return latest
+    return _with_knocks(_settled(latest.in_its_colour_near_motion()) or latest)
 
 
 def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
-    """The law in which the rounds of a record end."""
+    """The law in which the rounds of a record end, the noise as it is most probable."""
     first = Round.starting(whole, *whole.first_motion())
     still = _settled(first)
     if whole.filter is not None:
-        return None if still is None else _settled(still.in_its_colour_near_motion()) or still
+        return still
     coulomb = None
     if still is None or not still.with_force.leaves_nothing:
         # step by step a law may not reach an optimum far from its start
@@ -67,10 +78,8 @@ def _converged(whole: MovingRecord, *, filters: bool) -> Round | None:
     still = _better(still, _without_drift(still))
     latest = _with_force(first, still)
     if latest is not None and still is not None and whole.noise != "white":
-        best = _under_other_noise(latest, still, coulomb, filters=filters)
-        if best is not latest:
-            latest = _settled(best.in_its_colour_near_motion()) or latest
-    return _with_knocks(latest)
+        latest = _under_other_noise(latest, still, coulomb, filters=filters)
+    return latest if latest is None or latest.is_shaped else _with_knocks(latest)
 
 
 def _about_coulomb(whole: MovingRecord, start: CoulombStart | None) -> Round | None:
@@ -113,7 +122,7 @@ def _under_other_noise(latest: Round, still: Round, coulomb: CoulombStart | None
             best = behind
             break
     else:
-        coloured = _coloured(still)
+        coloured = _coloured(still, coulomb)
         if coloured is not None and (still.whole.noise == "ar" or not _holds_against(latest, coloured)):
             best = coloured
     shaped = _settled(still.with_free_corners()) if sought else None
@@ -132,11 +141,21 @@ def _with_knocks(latest: Round | None) -> Round | None:
     return latest
 
 
-def _coloured(still: Round) -> Round | None:
-    """The law under coloured noise; None where the spectrum shows none, and none is requested."""
-    decay = still.whole.segment.decay
-    shows = still.whole.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
-    return _settled(still.in_its_colour()) if shows else None
+def _coloured(still: Round, coulomb: CoulombStart | None) -> Round | None:
+    """The law under coloured noise; None where the spectrum shows none, and none is requested.
+
+    What effects imitated of the colour under white noise they may keep: a second start is from none.
+    """
+    decay, whole = still.whole.segment.decay, still.whole
+    if whole.noise != "ar" and not is_coloured(still.left, decay.step, decay.frequency):
+        return None
+    none = whole.without_effects(set(whole.effects) - SENSOR_ZERO)
+    plain = _about_coulomb(none, coulomb)
+    coloured = None if plain is None else plain.in_its_colour()
+    return _better(
+        _settled(still.in_its_colour()),
+        None if coloured is None else _settled(coloured.among(whole.allowed)),
+    )
 
 
 def _behind_filter(still: Round, coulomb: CoulombStart | None, *, high_passes: bool) -> Round | None:
