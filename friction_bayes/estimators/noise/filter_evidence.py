@@ -7,7 +7,7 @@ its residual,
 
 ``H`` the response of the filter, ``rho`` white noise added after it. The alternatives leave amplitudes
 unfiltered: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under
-a random force; integrated noise. Each has corners as dry friction makes them or of any shape.
+a random force. Each has corners as dry friction makes them or of any shape.
 
 Record and columns are first whitened by one autoregression, so that the fit by least squares has the weights
 of the noise, and no frequency leaks into another. Spectra are of several orthogonal tapers (Thomson,
@@ -78,8 +78,6 @@ _LATER = np.append(0.0, np.geomspace(1e-12, 1.0, 25))
 """Equally probable variances of noise that came after a filter, over that which went through it."""
 _TIMES = np.geomspace(0.05, 20.0, 10)
 """Correlation times of a random force, as phases of the motion."""
-_INTEGRATED = (2, 4)
-"""Powers of the spectrum of noise that was integrated once or twice, by trapezoids."""
 _STRIDE, _FIRST = 1.12, 4
 """Ratio of the sizes among which the best is found: the evidence has humps that are wider. Of filters without
 zeros every fourth is tried first."""
@@ -397,16 +395,14 @@ class _Spectra:
         own = float(self._log_likelihood(power, white * colour.spectrum(self._omega)[None])[0])
         phase = self._omega / self._angle
         resonance = phase ** (2 * self._order) / (phase * phase - 1.0) ** 2
-        integrator = math.tan(0.5 * _ABOVE * self._angle) / np.tan(0.5 * self._omega)
-        flat, integrated, forced = (
+        flat, forced = (
             _log_mean([self._averaged(power, white * each, white) for each in shapes])
             for shapes in (
                 [np.ones_like(phase)],
-                [integrator**exponent for exponent in _INTEGRATED],
                 [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES],
             )
         )
-        return _log_mean([own - colour.penalty, flat, integrated, forced]) - self._price(len(rows))
+        return _log_mean([own - colour.penalty, flat, forced]) - self._price(len(rows))
 
     def of_noise(self, filter_: RecordingFilter) -> float:
         """Log evidence of a filter if corners have any shape, by the noise alone."""
@@ -432,7 +428,7 @@ class _Spectra:
 
     def likeness(self, power: Array, filter_: RecordingFilter) -> list[Likeness]:
         """Filters of other kinds that resemble one, relative to it; none of one that is no plain low pass."""
-        if filter_.gain > 1.0:
+        if filter_.gain > 1.0 or filter_.of_noise is not None:
             return []
         passed = filter_.power_of_noise(self._grid)
         less, shows = self._grid[passed < 0.5], power > self._least

@@ -55,6 +55,8 @@ _BESSEL_HALF = 2.1139176749042
 """Frequency at which Bessel's filter of order 4 and of unit delay lets half the power through."""
 _HIGHEST_CORNER = 0.98
 """Over Nyquist's frequency."""
+_STILL_SLOW = 0.1
+"""Frequency over the motion's below which an integral is no longer known to be one."""
 _BELOW_NYQUIST = math.pi - 1e-6
 """Frequency at which a bilinear transform is still finite."""
 _MARGIN = 0.25
@@ -320,6 +322,7 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_settling_zero(angle)] if order < 2 else []
     # of what moves, not where it is
     kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS if order > 0]
+    kinds += [_integrals(angle, times) for times in range(1, 3 - order)]
     derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
     # a kind that is not listed is as probable as one that is
     return _with_prior(kinds, FILTERED, besides=1) + _with_prior(derived, _DERIVED)
@@ -423,6 +426,24 @@ def _slopes(angle: float, times: int) -> FilterKind:
 
     sizes = _windows(angle, 3, _LONGEST_POLYNOMIAL)
     return FilterKind(f"slopes{', twice' if times == 2 else ''}", sizes, of, has_zeros=True)
+
+
+def _integrals(angle: float, times: int) -> FilterKind:
+    """Of lines through neighbouring samples: trapezoids. What is far below the motion was taken out again."""
+
+    def of(_: float) -> RecordingFilter:
+        def response(omega: Array) -> Array:
+            half = 0.5 * np.clip(omega, _STILL_SLOW * angle, _BELOW_NYQUIST)
+            return np.asarray((half / np.tan(half)) ** times)
+
+        def of_noise(omega: Array) -> Array:
+            half = 0.5 * np.clip(omega, _STILL_SLOW * angle, _BELOW_NYQUIST)
+            return np.asarray((math.tan(0.5 * angle) / np.tan(half)) ** times)
+
+        name = f"an integral by trapezoids{', twice' if times == 2 else ''}"
+        return RecordingFilter(name, response, angle, of_noise=of_noise)
+
+    return FilterKind(f"integral{', twice' if times == 2 else ''}", np.ones(1), of, has_zeros=True)
 
 
 def _corners(lowest: float, highest: float) -> Array:

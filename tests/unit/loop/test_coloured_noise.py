@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.signal import butter, filtfilt, lfilter
+from scipy.integrate import cumulative_trapezoid
+from scipy.signal import butter, filtfilt, lfilter, sosfiltfilt
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
@@ -49,6 +50,39 @@ def test_noise_that_is_differentiated_twice_is_coloured() -> None:
     assert report.verdict == "adequate"
     low, high = report.friction_after["interval90"]
     assert low < FRICTION < high < 1.01 * FRICTION
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "friction", "amplitude", "duration", "noise_sd", "seed"),
+    [(2.0, 1400.0, 0.3, 0.006, 1.5, 8e-3, 5), (1.57, 656.0, 0.175, 0.007, 2.3, 6e-3, 3)],
+)
+def test_no_law_is_found_in_accelerations_that_were_integrated(
+    mass: float,
+    stiffness: float,
+    friction: float,
+    amplitude: float,
+    duration: float,
+    noise_sd: float,
+    seed: int,
+) -> None:
+    """Their noise wanders, the stronger the slower, and a high pass of no lag rings at either end."""
+    system = fb.Oscillator(mass=mass, stiffness=stiffness)
+    record = fb.simulate(
+        system,
+        friction=friction,
+        initial_displacement=amplitude,
+        duration=duration,
+        sampling_rate=500.0,
+        quantity="acceleration",
+        noise_sd=noise_sd,
+        seed=seed,
+    )
+    time, biased = record.time.values, record.values + 0.1
+    velocity = cumulative_trapezoid(biased - biased.mean(), time, initial=0.0)
+    velocity = sosfiltfilt(butter(2, 0.5, "high", fs=500.0, output="sos"), velocity)
+    report = fb.close_loop([fb.make_record(time, velocity, "velocity", synthetic=True)], system, seed=1)
+    low, high = report.friction_after["interval90"]
+    assert low < friction < high < 1.05 * low
 
 
 def test_the_first_part_has_the_noise_that_was_asked_for() -> None:
