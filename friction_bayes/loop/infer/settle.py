@@ -4,9 +4,9 @@ A law converges without a random force first, and from the motion of Coulomb fri
 does not lead to white residuals; where these are not white, or a force is more probable, it converges with a
 force too, and the larger evidence decides. Alternatives to both are coloured noise, where the spectrum shows
 it, corners that the sensor has shaped, and a filter that the record went through, behind which the noise has
-a colour too. Under the most probable one the law converges once more, the noise nowhere below its level near
-the motion's frequency. At last the force is searched for knocks. Laws with a friction drift, or with a zero
-that moves along a curve, are compared with those that are reached without.
+a colour too. The force is searched for knocks. Laws with a friction drift, or with a zero that moves along a
+curve, are compared with those that are reached without. At last, under any other noise than white, the most
+probable law converges once more, the noise nowhere below its level near the motion's frequency.
 """
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ def settle(whole: MovingRecord, *, filters: bool = True) -> Round | None:
     with the one that is reached without.
     """
     latest = _converged(whole, filters=filters)
-    if latest is None or latest.is_dry_friction_alone or CURVED_SENSOR_DRIFT.name not in latest.acting:
-        return _weakened(latest)
-    straight = _converged(whole.without_effects({CURVED_SENSOR_DRIFT.name}), filters=filters)
-    return _weakened(_better(latest, None if straight is None else _settled(straight.among(whole.allowed))))
+    if latest is not None and not latest.is_dry_friction_alone and CURVED_SENSOR_DRIFT.name in latest.acting:
+        straight = _converged(whole.without_effects({CURVED_SENSOR_DRIFT.name}), filters=filters)
+        latest = _better(latest, None if straight is None else _settled(straight.among(whole.allowed)))
+    return _with_noise_near_motion(latest)
 
 
-def _weakened(latest: Round | None) -> Round | None:
-    """The law under noise nowhere below its level near the motion's frequency, where that has a colour.
+def _with_noise_near_motion(latest: Round | None) -> Round | None:
+    """The law under noise nowhere below its level near the motion's frequency, unless noise is white.
 
-    Its evidence is that of weaker noise, and compared with no other.
+    That is more noise than the samples show, so that its evidence is compared with no other.
     """
     if latest is None or not latest.is_shaped:
         return latest
