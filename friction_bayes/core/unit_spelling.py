@@ -22,6 +22,8 @@ _SPELLINGS = {
 } | {
     "msec": "ms",
     "usec": "us",
+    "millis": "ms",
+    "micros": "us",
     "minute": "min",
     "minutes": "min",
     "mins": "min",

@@ -38,6 +38,9 @@ _MAGNITUDE = re.compile(r"(?:.*_)?(?:abs|absolute|magnitude|norm|resultant|total
 _TIMES = {"time", "t", "elapsed_time", "timestamp", "x_value"}
 """The last is LabVIEW's, of a signal over time."""
 
+_CLOCKS = {"seconds", "milliseconds", "microseconds", "millis", "micros"}
+"""Times that are named by their unit; the last two are a microcontroller's."""
+
 _WEIGHTS = {"g", "mg"}
 """Units of acceleration that may be grams."""
 
@@ -121,10 +124,12 @@ def _path(name: str) -> Header:
 
 
 def _column_name(name: str) -> Header:
-    """Read ``time``, ``t_ms``, ``angle``, ``disp_mm``, ``angular_velocity_rad_s``, ``gFx``."""
+    """Read ``time``, ``t_ms``, ``millis``, ``angle``, ``disp_mm``, ``angular_velocity_rad_s``, ``gFx``."""
     subject = _subject(name)
     if subject in _TIMES:
         return Header(True, None, None)
+    if (clock := subject.removesuffix("()")) in _CLOCKS:
+        return Header(True, None, plain_unit(clock))
     if subject in QUANTITIES:
         return Header(False, QUANTITIES[subject], None)
     if re.fullmatch("T?gF[xyz]?", name):

@@ -89,6 +89,10 @@ def test_a_quantity_that_is_not_certain_is_not_read(name: str, unit: str | None)
         ("t/s", "s"),
         ("rig/time", None),
         ("t [min]", "min"),
+        ("millis", "ms"),
+        ("micros()", "us"),
+        ("time_millis", "ms"),
+        ("Seconds", "s"),
     ],
 )
 def test_time(name: str, unit: str | None) -> None:
