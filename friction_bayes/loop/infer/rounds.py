@@ -332,7 +332,8 @@ class Round:
         """Whether the round that follows agrees with this one."""
         other_noise = not self.whole.error.alike(after.whole.error)
         other_noise |= not np.array_equal(after.aside, self.aside)
-        if after.other_lines or other_noise:
+        # of fewer samples not all effects are evaluated
+        if after.other_lines or other_noise or after.whole.allowed != self.whole.allowed:
             return False
         change = after.found.w0 / self.found.w0 - 1.0
         sizes = self._law[self.found.of_sensor]
