@@ -434,7 +434,7 @@ def _held_out(error: Mapping[str, Any]) -> str:
     unit, before, after = error["unit"], error["before"], error["after"]
     text = f"{number(before, 3)} {unit} before, {number(after, 3)} {unit} after"
     if before and after is not None:
-        text += f", ratio {number(after / before, 2)}"
+        text += f", ratio {number(after / before, 2)}{_give_or_take(error)}"
     else:
         model = "Coulomb friction alone" if before is None else "the law that was found"
         text += f" ({model} cannot be fitted to the first 70 % of the record by itself)"
@@ -444,6 +444,12 @@ def _held_out(error: Mapping[str, Any]) -> str:
         return text
     share = "all samples" if inside == 1.0 else f"{percent(inside)} of the samples"
     return f"{text}; {share} in the 90 % band"
+
+
+def _give_or_take(error: Mapping[str, Any]) -> str:
+    """Monte Carlo error of a ratio of errors."""
+    mcse = error.get("after_mcse")
+    return f" ± {number(mcse / error['before'], 1)} by Monte Carlo" if mcse else ""
 
 
 def _residual(report: Report, when: str) -> str:

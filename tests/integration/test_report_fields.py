@@ -126,6 +126,7 @@ def test_numbers_of_the_record(run: tuple[str, dict]) -> None:
     assert set(error) == {
         "before",
         "after",
+        "after_mcse",
         "inside90",
         "noise_floor",
         "unit",
@@ -133,6 +134,7 @@ def test_numbers_of_the_record(run: tuple[str, dict]) -> None:
     }
     assert error["unit"] == "m"
     assert min(error["before"], error["after"], error["noise_floor"]) > 0.0
+    assert 0.0 < error["after_mcse"] < error["after"]
     assert 0.0 <= error["inside90"] <= 1.0
     assert set(report["noise"]) >= {"model", "sd", "correlation_length_s"}
     assert report["noise"]["model"] == ("ar" if name == "drag, autoregressive noise" else "white")

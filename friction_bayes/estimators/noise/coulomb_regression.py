@@ -385,9 +385,9 @@ class Laid:
         """Kinds of high passes, filters of each of likely corners, and the regressions behind these.
 
         Like those of :meth:`behind_kind` they go along the motion that the record shows through such a
-        filter. None of an acceleration, in the jumps of which the spectra show them.
+        filter.
         """
-        if self.order == 2 or not self.regression.clock.even or not self._motion_behind().determined:
+        if not self.regression.clock.even or not self._motion_behind().determined:
             return
         for kind in kinds_for(self.path.angle, self.order):
             if not kind.high_pass or kind.sizes.size == 0:

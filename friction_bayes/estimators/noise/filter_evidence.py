@@ -76,6 +76,8 @@ _ABOVE = 2.0
 """Frequency over the motion's from which on spectra are compared: below, the fit takes from the noise."""
 _LATER = np.append(0.0, np.geomspace(1e-12, 1.0, 25))
 """Equally probable variances of noise that came after a filter, over that which went through it."""
+_ROUNDED = _LATER[_LATER <= 0.01]
+"""The same of rounding: what is computed is stored with more digits than are noise."""
 _TIMES = np.geomspace(0.05, 20.0, 10)
 """Correlation times of a random force, as phases of the motion."""
 _STRIDE, _FIRST = 1.12, 4
@@ -196,8 +198,8 @@ def likely_filters(
     only : str, optional
         Name of the one kind that is compared.
     """
-    # where no force makes a signal jump, what a high pass does is below the frequencies that are compared
-    kinds = [kind for kind in kinds_for(angle, order) if order == 2 or not kind.high_pass]
+    # what a high pass does is below the frequencies that are compared
+    kinds = [kind for kind in kinds_for(angle, order) if not kind.high_pass]
     n, left_out = min(signal.size, LOOKED_AT), margin(angle)
     if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
         return FoundFilters()
@@ -367,7 +369,8 @@ class _Spectra:
         grid = math.pi * np.arange(n + 1) / n
         self._grid, self._gain = grid, np.abs(self.whitener_at(grid)) ** 2
         self._window = irfft(np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0))
-        self._places = np.arange(_LOBE, n // 2 - _LOBE, _LOBE)
+        # none is as near to its image beyond the Nyquist frequency as two are to each other
+        self._places = np.arange(_LOBE, n // 2 - _LOBE // 2 + 1, _LOBE)
         self._places = self._places[2.0 * math.pi * self._places / n > _ABOVE * angle]
         # the transform at multiples of a frequency is that of as many parts of the samples added up
         self._parts = _tapers(n).reshape(_TAPERS, _LOBE, -1)
@@ -380,8 +383,8 @@ class _Spectra:
 
     @property
     def empty(self) -> bool:
-        """Whether the samples are too few or too far apart to show any frequency far above the motion's."""
-        return self._places.size == 0
+        """Whether the samples are too few or too far apart to compare frequencies far above the motion's."""
+        return self._places.size < 2
 
     @property
     def _omega(self) -> Array:
@@ -474,11 +477,11 @@ class _Spectra:
     def of_response(self, power: Array, filter_: RecordingFilter) -> float:
         """Log likelihood of a spectrum behind a filter."""
         shape = self._expected(filter_.power_of_noise(self._grid))
-        return self._averaged(power, shape, self._white)
+        return self._averaged(power, shape, self._white, _ROUNDED if filter_.computed else _LATER)
 
-    def _averaged(self, power: Array, shape: Array, white: Array) -> float:
+    def _averaged(self, power: Array, shape: Array, white: Array, later: Array = _LATER) -> float:
         """Log likelihood of expected estimates, (frequencies,), averaged over white noise that came later."""
-        shapes = shape + _LATER[:, None] * white
+        shapes = shape + later[:, None] * white
         return _log_mean(self._log_likelihood(power, shapes))
 
     def _log_likelihood(self, power: Array, shapes: Array) -> Array:

@@ -102,10 +102,9 @@ class MotionBehind:
 def likely_high_passes(log_likelihood: MotionBehind, order: int) -> list[tuple[float, RecordingFilter]]:
     """High passes that a record rather went through than none, with their shares, the most probable first.
 
-    Given the order of the derivative that is measured: none of an acceleration, in the jumps of which the
-    spectra show them. Nor where what is left is not white.
+    Given the order of the derivative that is measured. None where what is left is not white.
     """
-    if order == 2 or not log_likelihood.determined:
+    if not log_likelihood.determined:
         return []
     found = []
     for kind in kinds_for(log_likelihood.angle, order):

@@ -445,7 +445,10 @@ class NoiseAccounts:
     @cached_property
     def all(self) -> tuple[NoiseAccount, ...]:
         """The same and those behind filters, with their probabilities."""
-        if not self.behind_none or self.behind_none[0].probability >= 1.0 - SLIGHT:
+        plain = 1.0 - SLIGHT
+        if not self.behind_none or (
+            self.behind_none[0].probability >= plain and self._unfiltered.coloured < SLIGHT
+        ):
             return self.behind_none
         behind = _behind(self._unfiltered)
         if not behind:
@@ -470,11 +473,12 @@ class NoiseAccounts:
 class _Unfiltered(NamedTuple):
     """The law along the fit, and the accounts behind no filter with their probabilities.
 
-    ``log_evidence`` is of all of them, the noise as it is.
+    ``coloured`` is the probability of coloured noise, ``log_evidence`` that of all, the noise as it is.
     """
 
     laid: Laid
     accounts: Sequence[NoiseAccount]
+    coloured: float
     log_evidence: float
 
     @property
@@ -483,6 +487,8 @@ class _Unfiltered(NamedTuple):
 
         Then no spectrum is compared: a filter would have coloured the noise or removed the corners.
         """
+        if self.coloured >= SLIGHT:
+            return False
         law, any_shape = (
             total_probability(
                 each
@@ -792,8 +798,8 @@ def _paths_with_least_noise(shape: _Shape) -> list[Laid]:
     return [laid.with_noise(_QUIETEST * shape.still.posterior.noise_sd) for laid in shape.paths]
 
 
-def _evaluate(shapes: Sequence[_Shape]) -> tuple[list[NoiseAccount], float]:
-    """All accounts with their probabilities, and their log evidence.
+def _evaluate(shapes: Sequence[_Shape]) -> tuple[list[NoiseAccount], float, float]:
+    """All accounts with their probabilities, that of coloured noise as it is, and their log evidence.
 
     Kinds of noise compare as they are. White noise, alone or with a force, counts as it is; where the noise
     is coloured, all accounts are evaluated under a floor.
@@ -819,7 +825,7 @@ def _evaluate(shapes: Sequence[_Shape]) -> tuple[list[NoiseAccount], float]:
                 found[same[0]] = replace(before, probability=before.probability + share * own)
             else:
                 found.append(replace(part, probability=share * own))
-    return found, float(logsumexp([part.log_evidence for part in (*white, *coloured)]))
+    return found, share, float(logsumexp([part.log_evidence for part in (*white, *coloured)]))
 
 
 def _probabilities(parts: Sequence[NoiseAccount]) -> list[float]:

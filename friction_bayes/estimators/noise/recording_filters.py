@@ -55,6 +55,10 @@ _BESSEL_HALF = 2.1139176749042
 """Frequency at which Bessel's filter of order 4 and of unit delay lets half the power through."""
 _HIGHEST_CORNER = 0.98
 """Over Nyquist's frequency."""
+_RIPPLE = 0.05
+"""Of the Chebyshev filter by which records are decimated [dB]."""
+_DECIMATIONS = np.array([2.0, 3.0, 5.0, 10.0])
+"""Factors: the larger they are, the less responses differ."""
 _STILL_SLOW = 0.1
 """Frequency over the motion's below which an integral is no longer known to be one."""
 _BELOW_NYQUIST = math.pi - 1e-6
@@ -101,6 +105,8 @@ class RecordingFilter:
     of_noise : callable or None
         Response to the noise of the sensor, where that is not ``response``, as large at the motion's
         frequency.
+    computed : bool
+        Whether nothing comes after it but rounding.
     """
 
     name: str
@@ -111,6 +117,7 @@ class RecordingFilter:
     doubts: tuple[Response, ...] = field(default=(), compare=False)
     log_prior: float = field(default=0.0, compare=False)
     of_noise: Response | None = field(default=None, compare=False)
+    computed: bool = field(default=False, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -318,7 +325,8 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_couplings(angle), _smoothing(angle), _gaussian(angle)]
     kinds += [_butterworth(angle, order, ways) for ways in (1, 2) for order in (1, 2, 3, 4, 6, 8)]
     kinds += [_bessel(angle), *(_resonance(angle, damping) for damping in _OF_MOUNTS)]
-    # in an acceleration the spectra tell a high pass from none by its jumps
+    kinds += [_decimation(angle, ways) for ways in (1, 2)]
+    # that of an accelerometer settles as what it is coupled through
     kinds += [_settling_zero(angle)] if order < 2 else []
     # of what moves, not where it is
     kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS if order > 0]
@@ -533,6 +541,42 @@ def _butterworth(angle: float, order: int, ways: int) -> FilterKind:
 def _bessel(angle: float) -> FilterKind:
     poles = np.roots([1.0, 10.0, 45.0, 105.0, 105.0]).astype(np.complex128) / _BESSEL_HALF
     return _of_poles(angle, poles, "Bessel filter of order 4", 1)
+
+
+def _decimation(angle: float, ways: int) -> FilterKind:
+    """One of every so many samples, as SciPy, MATLAB and Octave decimate.
+
+    Behind Chebyshev's filter of order 8, its corner at .8 of the new Nyquist frequency, which lets a ripple's
+    share through at low frequencies, of zero too.
+    """
+    order, low = 8, 10.0 ** (-_RIPPLE / 20.0)
+    sinh = math.sinh(math.asinh(1.0 / math.sqrt(10.0 ** (_RIPPLE / 10.0) - 1.0)) / order)
+    round_circle = 0.5 * math.pi * (2.0 * np.arange(order) + 1.0) / order
+    poles = -sinh * np.sin(round_circle) + 1j * math.hypot(1.0, sinh) * np.cos(round_circle)
+    how = "decimation, forward and backward" if ways == 2 else "decimation"
+
+    def response(omega: Array, *, factor: float) -> Array:
+        one_way = low * _through_poles(omega / factor, 0.8 * math.pi / factor, poles)
+        return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
+
+    def of_noise(omega: Array, *, factor: float) -> Array:
+        # what lies above the new Nyquist frequency is folded below it
+        folded = (response(each, factor=factor) for each in (omega, 2.0 * math.pi - omega))
+        return np.hypot(*map(np.abs, folded))
+
+    def of(factor: float) -> RecordingFilter:
+        rates = factor * _rates_of(0.8 * math.pi / factor, poles)
+        return RecordingFilter(
+            f"{how}, by {factor:.0f}",
+            partial(response, factor=factor),
+            angle,
+            settling=rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN],
+            both_ways=ways == 2,
+            of_noise=partial(of_noise, factor=factor),
+            computed=True,
+        )
+
+    return FilterKind(how, _DECIMATIONS, of, has_zeros=True)
 
 
 def _resonance(angle: float, damping: float) -> FilterKind:

@@ -39,7 +39,7 @@ _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "
     "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
 )
-_DRAWS = 40
+_DRAWS = 100
 """Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
 
 
@@ -76,11 +76,14 @@ def held_out_error(
 
 
 def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
-    """Error of the final model, and the share of the samples within its predictive 90 % band."""
+    """Error of the final model, its Monte Carlo error, and the share of samples in its 90 % band."""
     errors = _errors(after)
+    rms, spread = _rms(errors), math.sqrt(sum(forecast.monte_carlo for forecast in after))
     sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
     inside = float(np.mean(np.abs(errors) <= HALF_WIDTH90 * sd)) if errors.size else math.nan
-    return {"after": _rms(errors), "inside90": inside}
+    # of half the mean square, over the root of that
+    mcse = spread / (2.0 * errors.size * rms) if errors.size and rms > 0.0 else math.nan
+    return {"after": rms, "after_mcse": mcse, "inside90": inside}
 
 
 def _errors(forecasts: Sequence[Forecast]) -> Array:
@@ -148,7 +151,7 @@ def forecast(fit: ForceFit, effects: Sequence[str], rng: np.random.Generator) ->
         noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
     noise = first.sensor_noise.sd_of_samples(noise)
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
-    return Forecast.of(segment, head, middle[1:used], sd[1:used])
+    return Forecast.of(segment, head, middle[1:used], sd[1:used], laws[:, 1:used])
 
 
 def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:

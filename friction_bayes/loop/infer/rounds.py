@@ -304,10 +304,10 @@ class Round:
 
         None where it does not turn; what else of the round is ``changed`` is given by field.
         """
-        record, found = whole.setting_aside(self.aside), self.found
+        found = self.found
         motion = found.regression.motion if motion is None else motion
         lines = found.lines if lines is None else lines
-        along = LawAlongMotion.of(record, motion, found.w0, lines, about=found.law.about)
+        whole, along = _law_along(whole, self.aside, motion, found.w0, lines, found.law.about)
         return None if along is None else replace(self, whole=whole, found=along, **changed)
 
     def in_its_colour_near_motion(self) -> Round | None:

@@ -29,7 +29,8 @@ __all__ = ["settle"]
 
 _DRIFTS = {FRICTION_DRIFT.name, CURVED_FRICTION_DRIFT.name}
 _MOST_ROUNDS = 5
-"""Until a law has converged; as many again with every knock that is admitted."""
+"""Until a law has converged; up to as many again as long as each is more probable than the one before, and
+with every knock that is admitted."""
 _MOST_HALVES = 2
 """Of a step between rounds."""
 _ALIKE = 1.0
@@ -208,15 +209,22 @@ def _on_common_samples(one: Round, other: Round) -> tuple[Round, Round]:
 
 
 def _settled(latest: Round | None) -> Round | None:
-    """The round after which the next agrees, or the most probable of those tried."""
+    """The round after which the next agrees, or the most probable of those tried.
+
+    A law is as probable as it is along its own motion: of one that the next does not agree with, the next
+    along that motion says how much, where it is less probable.
+    """
     if latest is None:
         return None
     tried: Round | None = None
-    for _ in range(_MOST_ROUNDS):
+    for rounds in range(2 * _MOST_ROUNDS):
         following = _next(latest)
         if following is None or latest.stays(following):
             return following or tried
-        tried, latest = _better(tried, following), following
+        falls = _better(latest, following) is latest
+        tried, latest = _better(tried, following if falls else latest), following
+        if falls and rounds >= _MOST_ROUNDS - 1:
+            break
     return tried
 
 

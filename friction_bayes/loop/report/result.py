@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,8 @@ class Forecast:
         Of the predictive distribution of the signal, noise of the sensor included.
     free : ndarray of bool, shape (n,)
         Samples that are not clipped: they are compared.
+    monte_carlo : float
+        Variance, to first order, of the sum of squared errors over the draws that the mean is of.
     """
 
     time: Array
@@ -68,13 +70,18 @@ class Forecast:
     mean: Array
     sd: Array
     free: Mask
+    monte_carlo: float = 0.0
 
     @classmethod
-    def of(cls, segment: Segment, head: int, mean: Array, sd: Array) -> Forecast:
-        """Of the moving samples after the first ``head``."""
+    def of(cls, segment: Segment, head: int, mean: Array, sd: Array, draws: Array | None = None) -> Forecast:
+        """Of the moving samples after the first ``head``; ``draws``, shape (k, n), have that mean."""
         rest = slice(head, segment.moving)
         time = segment.decay.start_time + segment.time[rest]
-        return cls(time=time, signal=segment.values[rest], mean=mean, sd=sd, free=segment.free[rest])
+        found = cls(time=time, signal=segment.values[rest], mean=mean, sd=sd, free=segment.free[rest])
+        if draws is None or len(draws) < 2:
+            return found
+        along_error = (draws - mean)[:, found.free] @ found.error
+        return replace(found, monte_carlo=4.0 * float(along_error.var(ddof=1)) / len(draws))
 
     @property
     def error(self) -> Array:

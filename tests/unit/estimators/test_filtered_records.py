@@ -62,6 +62,47 @@ def test_a_derivative_of_positions_is_recognised(
     assert high - low < 0.01
 
 
+@pytest.mark.parametrize("corner", [0.05, 0.1])
+def test_the_coupling_of_an_accelerometer_is_found_to_what_its_signal_shows(corner: float) -> None:
+    """It takes 0.1 or 0.5 % of the motion: neighbouring corners of a list differ by a tenth of that."""
+    motion = decay("acceleration", rate=2000.0, start=0.08, duration=16.0)
+    b, a = signal.butter(1, corner * SYSTEM.natural_frequency / (2.0 * np.pi), "high", fs=2000.0)
+    values = signal.lfilter(b, a, motion.values)[1000::10]
+    found = fb.estimate(fb.make_record(motion["time"].values[1000::10], values, "acceleration"), SYSTEM)
+    assert found.friction.mean() == pytest.approx(1.0, abs=0.2 * corner**2)
+    assert found.fit.filter is not None
+
+
+@pytest.mark.parametrize("zero_phase", [True, False], ids=["both ways", "one way"])
+def test_a_decimated_record_is_recognised(zero_phase: bool) -> None:
+    """It shows 1 or 0.5 % less of the motion, and 20 dB less of the noise in the last tenth of its band."""
+    motion = decay(rate=600.0, start=0.08)
+    values = signal.decimate(motion.values, 6, zero_phase=zero_phase)[10:-10]
+    found = fb.estimate(fb.make_record(motion["time"].values[::6][10:-10], values, "displacement"), SYSTEM)
+    assert found.fit.filter is not None
+    assert found.fit.filter.name.startswith("decimation")
+    low, high = found.friction.interval(0.95)
+    assert low < 1.0 < high
+    assert high - low < 0.005
+
+
+@pytest.mark.parametrize("seed", [5, 7])
+def test_noise_that_is_white_but_for_a_silent_end_of_its_band_is_coloured(seed: int) -> None:
+    """Near the motion's frequency it is as strong as white noise, for which no spectra would be compared."""
+    motion = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.08,
+        duration=7.0,
+        sampling_rate=500.0,
+        noise_sd=2e-5,
+        seed=seed,
+    )
+    values = signal.decimate(motion.values, 5)[10:-10]
+    found = fb.estimate(fb.make_record(motion["time"].values[::5][10:-10], values, "displacement"), SYSTEM)
+    assert found.fit.filter is not None
+
+
 def test_what_is_silent_above_its_filter_is_no_white_noise() -> None:
     """Noise is then taken to be as strong as near the motion's frequency, and nothing is said against it."""
     found = fb.estimate(filtered("displacement", 16.0, order=4, rate=1000.0, both=True), SYSTEM)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import friction_bayes as fb
 from experiments import loop_ordinary
@@ -99,3 +100,24 @@ def test_few_samples_of_which_an_alternative_evaluates_fewer_effects() -> None:
     few = {"row": "few samples", "replicate": 5}
     seed = np.random.SeedSequence(754595474468523945759359)
     assert loop_ordinary.run(loop_ordinary.EXPERIMENT.config, few, seed)["covered"] == 1.0
+
+
+def test_a_law_that_does_not_converge_is_as_probable_as_along_its_own_motion() -> None:
+    """Behind a low pass a bent sensor and a force that fluctuates were probable only far from the motion."""
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    hertz = system.natural_frequency / (2.0 * math.pi)
+    motion = fb.simulate(
+        system,
+        friction=1.0,
+        initial_displacement=0.0205,
+        duration=4.75 / hertz,
+        sampling_rate=1000.0 * hertz,
+        noise_sd=0.02 / 60.0,
+        seed=1,
+    )
+    sections = signal.butter(3, 15.0 * hertz, fs=1000.0 * hertz, output="sos")
+    settled = signal.sosfilt_zi(sections) * motion.values[0]
+    values, _ = signal.sosfilt(sections, motion.values, zi=settled)
+    report = fb.close_loop(fb.make_record(motion["time"].values, values, "displacement"), system)
+    assert report.verdict == "adequate"
+    assert report.friction_after["mean"] == pytest.approx(1.0, abs=0.01)
