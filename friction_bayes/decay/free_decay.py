@@ -443,7 +443,7 @@ def find_free_decay(
         released = begin if first >= 0 else after_leap(values[:end], begin, frequency * step)
         phase = (phase + frequency * step * (released - begin)) % (2.0 * math.pi)
         begin = released
-        leap = find_leap(values[begin:end])
+        leap = find_leap(values[begin:end], None if even else _near_stamps(clock[begin:end], stamps))
         if leap is not None:
             unit = record.attrs.get("units", quantity.unit)
             raise InputError(
@@ -481,6 +481,12 @@ def find_free_decay(
         other_frequency=float(modes.other[0]) / step,
         other_share=float(modes.share[0]),
     )
+
+
+def _near_stamps(clock: Array, stamps: Array) -> Mask:
+    """Which times of an even grid, shape (n,), are no farther from a stamp than from their neighbours."""
+    step, after = float(clock[1] - clock[0]), np.clip(np.searchsorted(stamps, clock), 1, stamps.size - 1)
+    return np.minimum(np.abs(clock - stamps[after - 1]), np.abs(stamps[after] - clock)) <= step
 
 
 def after_leap(values: Array, begin: int, omega: float) -> int:

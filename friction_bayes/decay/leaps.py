@@ -27,7 +27,7 @@ _ROUNDING = 1.0 - 1e-9
 """Share of a limit that rounding in another order does not reach."""
 
 
-def find_leap(values: Array) -> tuple[int, float] | None:
+def find_leap(values: Array, recorded: Mask | None = None) -> tuple[int, float] | None:
     """Find the largest leap of a position.
 
     Both sides of every interval are extrapolated into its middle. There a smooth motion meets itself, but for
@@ -37,6 +37,8 @@ def find_leap(values: Array) -> tuple[int, float] | None:
     ----------
     values : ndarray, shape (n,)
         At even times.
+    recorded : ndarray of bool, shape (n,), optional
+        Which of them are samples; others were put between these, and say nothing. All by default.
 
     Returns
     -------
@@ -44,14 +46,16 @@ def find_leap(values: Array) -> tuple[int, float] | None:
         The sample before it, and how far it goes; None where there is none.
     """
     # of the intervals that have both kinds of neighbours
-    gaps = _gaps(values, 0)[_SKIPPED:-_SKIPPED]
+    gaps, skipping = _gaps(values, 0)[_SKIPPED:-_SKIPPED], _gaps(values, _SKIPPED)
     if gaps.size == 0:
         return None
+    if recorded is not None:
+        reached = np.ones(2 * (_AROUND + _SKIPPED))
+        gaps = np.where(np.correlate(~recorded, reached, "valid") > 0.0, 0.0, gaps)
     k = int(np.argmax(np.abs(gaps)))
     size = float(gaps[k])
     if abs(size) <= _LEAST_LEAP * float(np.ptp(values)):
         return None
-    skipping = _gaps(values, _SKIPPED)
     # the leap is in all intervals whose samples reach over it, which are many of a short stretch
     others = np.abs(np.arange(gaps.size) - k) >= _AROUND + _SKIPPED
     if not others.any():

@@ -298,9 +298,9 @@ def _fitted(candidates: Candidates) -> dict[str, Any]:
     if half_cycles < LEAST_HALF_CYCLES:
         raise InputError(
             trace.name,
-            f"the most probable law moves for {half_cycles} half cycles, from {start:.4g} to "
-            f"{moves_until:.4g} s: no verdict on fewer than {LEAST_HALF_CYCLES:g}",
-            "give the free decay alone, or a longer one, and check what the record shows there",
+            f"the most probable law moves for {half_cycles} whole half cycles, from {start:.4g} to "
+            f"{moves_until:.4g} s, before the mass may stick: no verdict on fewer than {LEAST_HALF_CYCLES:g}",
+            "release it from farther away, and give the free decay alone; estimate asks for less",
         )
     return {
         "from_s": start,

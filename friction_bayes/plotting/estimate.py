@@ -108,7 +108,12 @@ def signal_figures(estimate: Estimate, record: xr.DataArray | None = None) -> di
         # A record may be long enough for the estimator and too short for turning points of its own.
         return figures
     low, high = (float(fit.coefficient.ppf(q)) for q in TAILS)
-    figures["amplitudes"] = plot_amplitudes(decay, cycles, float(fit.coefficient.mean()), (low, high))
+    fitted = None
+    if fit.prediction is not None and fit.uneven_loss is not None and fit.uneven_loss.probability > 0.5:
+        fitted = np.interp(cycles["time"].values, decay.start_time + decay.time, fit.prediction)
+    figures["amplitudes"] = plot_amplitudes(
+        decay, cycles, float(fit.coefficient.mean()), (low, high), fitted=fitted
+    )
     return figures
 
 

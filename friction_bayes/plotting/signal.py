@@ -148,9 +148,10 @@ def plot_amplitudes(
     coefficient: float,
     interval: tuple[float, float],
     *,
+    fitted: Array | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the turning points and what dry friction of a coefficient takes of the amplitude.
+    """Draw the turning points and what dry friction of a coefficient takes of the amplitude, or a fit.
 
     Coulomb friction takes ``2 u`` from the amplitude in every half cycle: Eq. (2), per half cycle.
 
@@ -164,6 +165,8 @@ def plot_amplitudes(
         Posterior mean of the signal's friction coefficient ``u``, unit of the signal.
     interval : tuple of float
         Its 90 % interval.
+    fitted : ndarray, shape (cycles,), optional
+        A fit at the turning points, drawn instead where more than dry friction takes of the amplitude.
     title : str, optional
         Name of the record when left out.
 
@@ -195,9 +198,14 @@ def plot_amplitudes(
         )
         edges = np.array([envelope(interval[0]), envelope(interval[1])])
         for sign in (1.0, -1.0):
-            axes.fill_between(along, *(sign * edges), color=ACCENT, alpha=0.25, lw=0.0)
-            axes.plot(along, sign * envelope(coefficient), color=ACCENT, lw=1.4, ls="--")
-        axes.plot([], [], color=ACCENT, ls="--", label="what dry friction takes, 90 % interval shaded")
+            if fitted is None:
+                axes.fill_between(along, *(sign * edges), color=ACCENT, alpha=0.25, lw=0.0)
+                axes.plot(along, sign * envelope(coefficient), color=ACCENT, lw=1.4, ls="--")
+            else:
+                axes.plot(moment, sign * np.abs(fitted - rest), color=ACCENT, lw=1.4, ls="--")
+        alone = "what dry friction takes, 90 % interval shaded"
+        label = alone if fitted is None else "what dry friction and all else in the fit take"
+        axes.plot([], [], color=ACCENT, ls="--", label=label)
         axes.plot(moment, signed, "o", ms=3.5, color=MODEL, label=f"{moment.size} turning points")
         axes.set_xlabel("time [s]")
         axes.set_ylabel(signal_label(decay))

@@ -25,8 +25,8 @@ _FIGURES = {
         "phase, a missing effect has.",
     ),
     "amplitudes": FigureInWords(
-        "The turning points over time within the envelope of dry friction",
-        "The turning points, and the straight envelope that dry friction alone would give.",
+        "The turning points over time within the envelope of the friction found",
+        "The turning points, and the straight envelope of dry friction; that of the fit where more acts.",
     ),
     "friction": FigureInWords(
         "Posterior density of friction",

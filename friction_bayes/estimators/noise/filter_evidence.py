@@ -201,7 +201,7 @@ def likely_filters(
     # what a high pass does is below the frequencies that are compared
     kinds = [kind for kind in kinds_for(angle, order) if not kind.high_pass]
     n, left_out = min(signal.size, LOOKED_AT), margin(angle)
-    if n < max(8 * left_out, 2 * left_out + 4 * _LOBE):
+    if n < max(6 * left_out, 2 * left_out + 4 * _LOBE):
         return FoundFilters()
     inner = slice(left_out, n - left_out)
     target = _filled((signal - known)[inner], free_columns[inner].T)

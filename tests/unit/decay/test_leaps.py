@@ -103,3 +103,19 @@ def test_a_batch_marks_what_estimate_refuses_and_begins_where_it_does() -> None:
         record = fb.make_record(np.arange(size) / rate, rows[k][:size], "displacement")
         alone = fb.estimate(record, SYSTEM, random_force="none").friction
         assert many["friction_mean"].values[k] == pytest.approx(alone.mean(), rel=1e-9)
+
+
+def test_what_was_put_into_a_gap_leaps_nowhere(rng: np.random.Generator) -> None:
+    """And a leap elsewhere is still there."""
+    motion = np.cos(0.05 * np.arange(400)) + 1e-4 * rng.standard_normal(400)
+    recorded = np.ones(400, dtype=bool)
+    recorded[100:130] = False
+    motion[100:115], motion[115:130] = motion[99], motion[130]
+    found = find_leap(motion)
+    assert found is not None
+    assert 110 < found[0] < 120
+    assert find_leap(motion, recorded) is None
+    motion[300:] += 0.5
+    found = find_leap(motion, recorded)
+    assert found is not None
+    assert found[0] == 299
