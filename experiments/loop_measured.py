@@ -45,6 +45,7 @@ NUMBERS = {
     "dry_friction_upper": "what it lies below with 95 %",
     "held_out_before": "RMS error over the last 30 %, fitted to the first 70 %",
     "held_out_after": "the same of the final model",
+    "held_out_mcse": "its Monte Carlo error",
     "held_out_expected": "RMS of the standard deviation that the final model states of its forecast",
     "inside90": "share of the held-out samples in the predictive 90 % band",
     "held_out_samples": "samples forecast",
@@ -117,6 +118,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "dry_friction_upper": fields["dry_friction"]["upper95"],
         "held_out_before": error["before"],
         "held_out_after": error["after"],
+        "held_out_mcse": error["after_mcse"],
         "held_out_expected": None if ahead is None else float(np.sqrt(np.mean(ahead[1].sd ** 2))),
         "inside90": fields["held_out_error"]["inside90"],
         "held_out_samples": 0 if ahead is None else ahead[1].time.size,
@@ -331,7 +333,7 @@ def _row(case: xr.Dataset) -> Row:
     unit = case["unit"].item()
     return Row(
         name,
-        f"{value['held_out_before']:.3g} → {value['held_out_after']:.3g} {unit}",
+        f"{value['held_out_before']:.3g} → {value['held_out_after']:.3g} ± {value['held_out_mcse']:.1g} {unit}",
         f"{value['ratio']:.2g}",
         f"{case['verdict'].item()}: {_best(case)}",
     )

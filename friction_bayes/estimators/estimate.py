@@ -275,7 +275,8 @@ def _uneven_loss_note(decay: FreeDecay, fit: Fit) -> list[str]:
         return said if uneven.losses else []
     then += f" {friction}"
     if uneven.losses:
-        reported = "and it is averaged over these and dry friction alone"
+        alone = "" if uneven.sure else " and dry friction alone"
+        reported = f"and it is averaged over these{alone}"
     else:
         spans = "spans both" if uneven.sure else "reaches from the one towards the other by that probability"
         answer = "this is reported" if fit.witness is None else f"the interval reported {spans}"
