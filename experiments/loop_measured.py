@@ -331,9 +331,10 @@ def _row(case: xr.Dataset) -> Row:
         return Row(name, "refused", "", case["refused"].item())
     value = {key: float(case[key]) for key in (*NUMBERS, "ratio")}
     unit = case["unit"].item()
+    after = f"{value['held_out_after']:.3g} ± {value['held_out_mcse']:.1g}"
     return Row(
         name,
-        f"{value['held_out_before']:.3g} → {value['held_out_after']:.3g} ± {value['held_out_mcse']:.1g} {unit}",
+        f"{value['held_out_before']:.3g} → {after} {unit}",
         f"{value['ratio']:.2g}",
         f"{case['verdict'].item()}: {_best(case)}",
     )
