@@ -447,9 +447,10 @@ def _held_out(error: Mapping[str, Any]) -> str:
 
 
 def _give_or_take(error: Mapping[str, Any]) -> str:
-    """Monte Carlo error of a ratio of errors."""
-    mcse = error.get("after_mcse")
-    return f" ± {number(mcse / error['before'], 1)} by Monte Carlo" if mcse else ""
+    """Monte Carlo error of a ratio of errors, where its two digits show it."""
+    mcse = error.get("after_mcse") or 0.0
+    shown = mcse > 0.005 * error["after"]
+    return f" ± {number(mcse / error['before'], 1)} by Monte Carlo" if shown else ""
 
 
 def _residual(report: Report, when: str) -> str:
