@@ -1,8 +1,9 @@
 """How does the loop do on the recordings an ordinary laboratory makes?
 
 The records of :mod:`experiments.ordinary_records`, of other seeds: a simulator that shares no code with the
-package filters, differentiates, resamples and disturbs them. None has an effect of the catalogue in it, so
-that every law but dry friction, with a random force where friction fluctuates, is an imitation.
+package filters, differentiates, resamples and disturbs them. But for those that something else resists, none
+has an effect of the catalogue in it, so that every law but dry friction, with a random force where friction
+fluctuates, is an imitation.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import friction_bayes as fb
 from experiments.blind.scoring import widths_off
 from experiments.method_tables import percent_of
 from experiments.ordinary.recipes import RECIPES
+from experiments.ordinary.resisted_records import RESISTED
 from experiments.ordinary_records import Config, cells
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
@@ -95,6 +97,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     )
     unexplained = (dataset["verdict"] == _VERDICTS.index("unexplained")).where(answered)
     forecast = dataset["forecast"].where(answered)
+    resisted = dataset["row"].isin(list(RESISTED))
+    imitation = dataset["imitation"].where(answered & ~resisted)
     return [
         Row(
             "90 % intervals that cover the truth",
@@ -104,7 +108,12 @@ def rows(dataset: xr.Dataset) -> list[Row]:
         ),
         Row("a whole interval off", percent_of(dataset["off"].where(answered)), "0"),
         Row("unexplained", percent_of(unexplained), "", "of the records that were not refused"),
-        Row("an effect that is not there", percent_of(dataset["imitation"].where(answered))),
+        Row(
+            "an effect that is not there",
+            percent_of(imitation),
+            "",
+            "of records that dry friction alone resists",
+        ),
         Row(
             "held-out error, after over before",
             f"median {float(forecast.median()):.2f}",
