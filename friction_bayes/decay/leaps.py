@@ -46,7 +46,7 @@ def find_leap(values: Array, recorded: Mask | None = None) -> tuple[int, float] 
         The sample before it, and how far it goes; None where there is none.
     """
     # of the intervals that have both kinds of neighbours
-    gaps, skipping = _gaps(values, 0)[_SKIPPED:-_SKIPPED], _gaps(values, _SKIPPED)
+    gaps = _gaps(values, 0)[_SKIPPED:-_SKIPPED]
     if gaps.size == 0:
         return None
     if recorded is not None:
@@ -56,6 +56,7 @@ def find_leap(values: Array, recorded: Mask | None = None) -> tuple[int, float] 
     size = float(gaps[k])
     if abs(size) <= _LEAST_LEAP * float(np.ptp(values)):
         return None
+    skipping = _gaps(values, _SKIPPED)
     # the leap is in all intervals whose samples reach over it, which are many of a short stretch
     others = np.abs(np.arange(gaps.size) - k) >= _AROUND + _SKIPPED
     if not others.any():

@@ -196,15 +196,15 @@ def plot_amplitudes(
             rasterized=True,
             label="record, rest at zero",
         )
-        edges = np.array([envelope(interval[0]), envelope(interval[1])])
-        for sign in (1.0, -1.0):
-            if fitted is None:
+        if fitted is None:
+            edges = np.array([envelope(interval[0]), envelope(interval[1])])
+            for sign in (1.0, -1.0):
                 axes.fill_between(along, *(sign * edges), color=ACCENT, alpha=0.25, lw=0.0)
-                axes.plot(along, sign * envelope(coefficient), color=ACCENT, lw=1.4, ls="--")
-            else:
-                axes.plot(moment, sign * np.abs(fitted - rest), color=ACCENT, lw=1.4, ls="--")
-        alone = "what dry friction takes, 90 % interval shaded"
-        label = alone if fitted is None else "what dry friction and all else in the fit take"
+            line, label = (along, envelope(coefficient)), "what dry friction takes, 90 % interval shaded"
+        else:
+            line, label = (moment, np.abs(fitted - rest)), "what dry friction and all else in the fit take"
+        for sign in (1.0, -1.0):
+            axes.plot(line[0], sign * line[1], color=ACCENT, lw=1.4, ls="--")
         axes.plot([], [], color=ACCENT, ls="--", label=label)
         axes.plot(moment, signed, "o", ms=3.5, color=MODEL, label=f"{moment.size} turning points")
         axes.set_xlabel("time [s]")

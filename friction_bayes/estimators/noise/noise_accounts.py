@@ -445,10 +445,9 @@ class NoiseAccounts:
     @cached_property
     def all(self) -> tuple[NoiseAccount, ...]:
         """The same and those behind filters, with their probabilities."""
-        plain = 1.0 - SLIGHT
-        if not self.behind_none or (
-            self.behind_none[0].probability >= plain and self._unfiltered.coloured < SLIGHT
-        ):
+        if not self.behind_none:
+            return ()
+        if self.behind_none[0].probability >= 1.0 - SLIGHT and self._unfiltered.coloured < SLIGHT:
             return self.behind_none
         behind = _behind(self._unfiltered)
         if not behind:

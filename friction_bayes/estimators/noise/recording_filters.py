@@ -478,8 +478,7 @@ def _of_corner(
     """
 
     def of(corner: float) -> RecordingFilter:
-        all_rates = rates(corner)
-        slow = all_rates[np.exp(all_rates.real * margin(angle)) > _FORGOTTEN]
+        slow = _remembered(rates(corner), angle)
         shown = partial(response, corner=corner)
         own = RecordingFilter(words(corner / angle), shown, angle, settling=slow, both_ways=both_ways)
         neighbours = [partial(response, corner=corner / _APART)]
@@ -493,6 +492,11 @@ def _of_corner(
     highest = min(between[1] * angle, _HIGHEST_CORNER * math.pi)
     corners = _corners(between[0] * angle, highest)
     return FilterKind(name, corners, of, has_zeros=False, high_pass=high_pass)
+
+
+def _remembered(rates: Complexes, angle: float) -> Complexes:
+    """Those rates [1/sample] at which it is not forgotten within the margin what was before."""
+    return rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN]
 
 
 def _apart(filter_: RecordingFilter, response: Response) -> Response:
@@ -555,8 +559,11 @@ def _decimation(angle: float, ways: int) -> FilterKind:
     poles = -sinh * np.sin(round_circle) + 1j * math.hypot(1.0, sinh) * np.cos(round_circle)
     how = "decimation, forward and backward" if ways == 2 else "decimation"
 
+    def corner(factor: float) -> float:
+        return 0.8 * math.pi / factor
+
     def response(omega: Array, *, factor: float) -> Array:
-        one_way = low * _through_poles(omega / factor, 0.8 * math.pi / factor, poles)
+        one_way = low * _through_poles(omega / factor, corner(factor), poles)
         return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
 
     def of_noise(omega: Array, *, factor: float) -> Array:
@@ -565,12 +572,12 @@ def _decimation(angle: float, ways: int) -> FilterKind:
         return np.hypot(*map(np.abs, folded))
 
     def of(factor: float) -> RecordingFilter:
-        rates = factor * _rates_of(0.8 * math.pi / factor, poles)
+        rates = factor * _rates_of(corner(factor), poles)
         return RecordingFilter(
             f"{how}, by {factor:.0f}",
             partial(response, factor=factor),
             angle,
-            settling=rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN],
+            settling=_remembered(rates, angle),
             both_ways=ways == 2,
             of_noise=partial(of_noise, factor=factor),
             computed=True,

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import signal
 
 import friction_bayes as fb
@@ -32,6 +33,16 @@ def test_rounded_corners_of_an_acceleration_are_no_saturation(rate: float, rando
     assert found.friction.mean() == pytest.approx(1.0, rel=0.02)
 
 
+def check_recognised(record: xr.DataArray, name: str, *, width: float) -> None:
+    """That a filter of a name that begins so is found, and friction of 1 N known to a 95 % interval."""
+    found = fb.estimate(record, SYSTEM)
+    assert found.fit.filter is not None
+    assert found.fit.filter.name.startswith(name)
+    low, high = found.friction.interval(0.95)
+    assert low < 1.0 < high
+    assert high - low < width
+
+
 @pytest.mark.parametrize(
     ("made", "order", "rate"),
     [
@@ -54,12 +65,7 @@ def test_a_derivative_of_positions_is_recognised(
         derived[inside],
         ["displacement", "velocity", "acceleration"][order],
     )
-    found = fb.estimate(record, SYSTEM)
-    assert found.fit.filter is not None
-    assert found.fit.filter.name.startswith("a derivative by")
-    low, high = found.friction.interval(0.95)
-    assert low < 1.0 < high
-    assert high - low < 0.01
+    check_recognised(record, "a derivative by", width=0.01)
 
 
 @pytest.mark.parametrize("corner", [0.05, 0.1])
@@ -78,12 +84,8 @@ def test_a_decimated_record_is_recognised(zero_phase: bool) -> None:
     """It shows 1 or 0.5 % less of the motion, and 20 dB less of the noise in the last tenth of its band."""
     motion = decay(rate=600.0, start=0.08)
     values = signal.decimate(motion.values, 6, zero_phase=zero_phase)[10:-10]
-    found = fb.estimate(fb.make_record(motion["time"].values[::6][10:-10], values, "displacement"), SYSTEM)
-    assert found.fit.filter is not None
-    assert found.fit.filter.name.startswith("decimation")
-    low, high = found.friction.interval(0.95)
-    assert low < 1.0 < high
-    assert high - low < 0.005
+    record = fb.make_record(motion["time"].values[::6][10:-10], values, "displacement")
+    check_recognised(record, "decimation", width=0.005)
 
 
 @pytest.mark.parametrize("seed", [5, 7])
