@@ -179,11 +179,15 @@ class MeasuredPath:
         """Reading by a sensor of the derivative ``order`` of a motion under the restoring force alone."""
         return (x, v, -self.restoring(x))[order]
 
-    def jumps(self, order: int) -> Indices:
-        """Samples next to which a sensor of the derivative ``order`` jumps, shape (k,)."""
+    def jump_places(self, order: int) -> Array:
+        """Where a sensor of the derivative ``order`` jumps, as of indices of samples, shape (k,)."""
         if order < 2:
-            return np.empty(0, np.intp)
-        return np.rint(np.interp(self.turning, self.phase, np.arange(self.phase.size))).astype(np.intp)
+            return np.empty(0)
+        return np.asarray(np.interp(self.turning, self.phase, np.arange(self.phase.size)))
+
+    def jumps(self, order: int) -> Indices:
+        """Samples next to which it jumps, shape (k,)."""
+        return np.rint(self.jump_places(order)).astype(np.intp)
 
     def missed_jumps(self, order: int) -> Array:
         """What samples do not show of the direction next to their :meth:`jumps`, shape (n,).
@@ -191,8 +195,7 @@ class MeasuredPath:
         The mean direction over a step about each sample, less that of the sample.
         """
         missed, last = np.zeros(self.phase.size), self.phase.size - 1
-        places = np.interp(self.turning, self.phase, np.arange(self.phase.size))
-        for k, place in zip(self.jumps(order).tolist(), places.tolist(), strict=False):
+        for k, place in zip(self.jumps(order).tolist(), self.jump_places(order).tolist(), strict=True):
             after = math.copysign(1.0, self.v[min(k + 1, last)])
             missed[k] = after * 2.0 * (k - place) - self.expected_direction[k]
         return missed

@@ -18,7 +18,6 @@ Priors, of the scale of this record: friction ``F`` as fitted under white noise 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,9 +35,6 @@ from friction_bayes.estimators.noise.free_corners import (
 )
 from friction_bayes.estimators.noise.high_passes import (
     MotionBehind,
-    filters_near,
-    likeliest_corner,
-    likely_high_passes,
 )
 from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
@@ -48,12 +44,10 @@ from friction_bayes.estimators.noise.other_forces import (
     repeated,
 )
 from friction_bayes.estimators.noise.recording_filters import (
-    FILTERED,
     RecordingFilter,
-    Through,
+    behind,
     determined,
     jump_columns,
-    kinds_for,
     own_columns,
 )
 from friction_bayes.estimators.noise.smooth_curve import CURVE_SDS, smooth_curve
@@ -92,8 +86,6 @@ _OF_MOTION: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffnes
 CORNER = "corner_"
 """Prefix of the names of the columns of free corners."""
 _NATURAL = Oscillator(mass=1.0, stiffness=1.0)
-_BEHIND_HIGH_PASS = 2
-"""Motions behind one, each along that before: a third changes the log evidence by some tenths."""
 _MOST_ROUNDS = 4
 """Motions that are smoothed with a law: one is enough except for a pendulum that swings far."""
 
@@ -195,6 +187,12 @@ class Laid:
         """The signal in natural units, shape (n,)."""
         return self.prepared.signal / self.unit
 
+    @property
+    def read(self) -> Array:
+        """The motion as the sensor reads it behind no filter, shape (n,), natural units."""
+        found = self.regression
+        return np.asarray(found.columns @ (found.scale * found.reference) + self.signal - found.target)
+
     def with_variance(self, variance: Array) -> Laid:
         """The same with relative variances of the samples, shape (n,), infinite where one is left out."""
         clock = replace(self.regression.clock, variance=variance)
@@ -211,13 +209,14 @@ class Laid:
         """The same law behind a filter, with what that has of the time outside the record, and its doubts."""
         regression, path, signal = self.regression, self.path, self.signal
         n = signal.size
-        shown = Through(np.column_stack([regression.columns, signal - regression.target]))(filter_)
+        places = path.jump_places(self.order)
+        shown = behind(np.column_stack([regression.columns, signal - regression.target]), filter_, places)
         if "rest" in regression.names:
             # zero of the recording, not of the motion
             shown[:, regression.names.index("rest")] = 1.0
-        read = regression.columns @ (regression.scale * regression.reference) + signal - regression.target
-        own = own_columns(filter_, read)
-        jumps = jump_columns(filter_, path.jumps(self.order), n)
+        own = own_columns(filter_, self.read)
+        # a filter in time hardly shows where between two samples a jump was, and that is known along the path
+        jumps = jump_columns(filter_, path.jumps(self.order)[: 0 if filter_.in_time else None], n)
         # friction jumps by its scale, at any place between two samples
         jump = float(regression.scale[regression.names.index("friction")]) / math.sqrt(12.0)
         scale = np.repeat([1.0, jump], [own.shape[1], jumps.shape[1]])
@@ -246,7 +245,8 @@ class Laid:
         friction, until = self.prepared.friction, self._until
         added = other_force_columns(self.path, self.regression.row, friction, until, shapes)
         if self.filter is not None:
-            added = added._replace(sensor=Through(added.sensor)(self.filter))
+            places = self.path.jump_places(self.order)
+            added = added._replace(sensor=behind(added.sensor, self.filter, places))
         sets, log_prior = other_force_sets(shaped=bool(shapes))
         some = slice(1 if at_least_one else 0, None)
         laid = self._with(added, sets[some], log_prior[some])
@@ -342,7 +342,7 @@ class Laid:
 
     def best_law_with(self, name: str) -> tuple[float, Array]:
         """Probability of the sets with a column, and the best law of these, both without a force."""
-        found = self._without_force()
+        found = self.without_force()
         having = self.regression.sets[None, :, self.regression.names.index(name)]
         return float(found.weight[having].sum()), found.among(having).best_law()
 
@@ -375,41 +375,13 @@ class Laid:
         They go along the motion that the record shows through such a filter; with that motion the size is
         looked for once more, as the first was found along a motion that was fitted without a filter.
         """
-        path = self._seen_through(kind.filters[0][1])
+        path = self.seen_through(kind.filters[0][1])
         # at another frequency a record that was just long enough may be too short
         filters = path.filters_along(only=kind.name).likely or [(1.0, kind.filters[0][1])]
-        path = path._seen_through(filters[0][1])
+        path = path.seen_through(filters[0][1])
         return [(share, path.behind(each)) for share, each in filters]
 
-    def behind_high_passes(self) -> Iterator[tuple[str, list[tuple[RecordingFilter, Laid]]]]:
-        """Kinds of high passes, filters of each of likely corners, and the regressions behind these.
-
-        Like those of :meth:`behind_kind` they go along the motion that the record shows through such a
-        filter.
-        """
-        if not self.regression.clock.even or not self._motion_behind().determined:
-            return
-        for kind in kinds_for(self.path.angle, self.order):
-            if not kind.high_pass or kind.sizes.size == 0:
-                continue
-            path, (corner, sd) = self, likeliest_corner(kind, self._motion_behind())
-            for _ in range(_BEHIND_HIGH_PASS):
-                path = path._seen_through(kind.of(corner))
-                corner, sd = likeliest_corner(kind, path._motion_behind(), corner)
-            filters = filters_near(kind, corner, sd, path._log_evidence_behind)
-            yield kind.name, [(each, path.behind(each)) for each in filters]
-
-    @property
-    def rather_behind_high_pass(self) -> bool:
-        """Whether the record rather went through a high pass than that its zero drifts, or settles."""
-        if not self.regression.clock.even:
-            return False
-        likely = likely_high_passes(self._motion_behind(), self.order)
-        # both are as probable there; but a zero is what it is without any filter
-        share = sum(share for share, filter_ in likely if filter_.gain != 1.0)
-        return share * FILTERED > (1.0 - share) * (1.0 - FILTERED)
-
-    def _motion_behind(self) -> MotionBehind:
+    def motion_behind(self) -> MotionBehind:
         """Log likelihood of the motion and its dry friction behind a filter."""
         regression = self.regression
         moving = np.array([name in _OF_MOTION for name in regression.names])
@@ -417,18 +389,13 @@ class Laid:
         known = self.signal - regression.target
         return MotionBehind(signal, known, regression.columns[:, moving], self.path.angle)
 
-    def _log_evidence_behind(self, filter_: RecordingFilter | None) -> float:
-        """Of the law without a random force, behind a filter or none."""
-        behind = self if filter_ is None else self.behind(filter_)
-        return behind._without_force().log_evidence
-
-    def _without_force(self) -> Posterior:
+    def without_force(self) -> Posterior:
         return integrate_force(Problem.of(self.regression), self.prepared.prior.without_force)
 
-    def _seen_through(self, filter_: RecordingFilter) -> Laid:
+    def seen_through(self, filter_: RecordingFilter) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
         behind = self.behind(filter_)
-        found = behind._without_force()
+        found = behind.without_force()
         motion = behind.regression.motion.of_noise(found.noise_sd)
         behind = replace(behind, regression=replace(behind.regression, motion=motion))
         return behind.along_law(found.best_law())

@@ -11,36 +11,38 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.filter_evidence import LOOKED_AT, drift_and_swing, least_squares_residual
 from friction_bayes.estimators.noise.recording_filters import (
-    FILTERED,
     FilterKind,
     RecordingFilter,
     Through,
     kinds_for,
+    log_prior_of_no_high_pass,
     margin,
 )
 
-__all__ = ["Likelihood", "MotionBehind", "filters_near", "likeliest_corner", "likely_high_passes"]
+__all__ = [
+    "Likelihood",
+    "MotionBehind",
+    "filters_of",
+    "likely_high_passes",
+    "of_known",
+]
 
 Likelihood = Callable[[RecordingFilter | None], float]
 """Logarithm of the likelihood of a record behind a filter, or none."""
 
 _MOST_MEMORY = 2
 """Coefficients of what a high pass remembers of the time before."""
-_TRIED = 16
-"""Corners among which the most likely is found: as densely as a hump of the likelihood is wide."""
-_STEP = 0.01
-"""Relative distance of corners over which a likelihood is a parabola."""
-_FAR = 5.0
-"""Standard deviations within which the law and a swing that varies have their most likely corners."""
-_NODES = np.arange(-2.0, 2.5)
-"""Corners that stand for all, in standard deviations from the most likely."""
+_TRIED, _NEAR, _ZOOMS = 16, 7, 4
+"""Corners all over the range of a kind, as densely as a hump of the likelihood is wide, those tried about the
+likeliest of them, and how often, each time three times as densely: to a third of a per cent."""
+_COUNTS, _MANY = -4.0, 4
+"""Log likelihood, less that of the likeliest, from which a corner counts, and how many stand for all."""
 
 
 class MotionBehind:
@@ -61,12 +63,21 @@ class MotionBehind:
         Of the motion [rad/sample].
     always : ndarray, shape (q, n), optional
         Rows that go through no filter.
+    in_time : bool
+        Whether the motion was found behind such a filter, and is in its own time.
     """
 
     def __init__(
-        self, signal: Array, known: Array, columns: Array, angle: float, always: Array | None = None
+        self,
+        signal: Array,
+        known: Array,
+        columns: Array,
+        angle: float,
+        always: Array | None = None,
+        *,
+        in_time: bool = False,
     ) -> None:
-        self.angle, left_out = angle, margin(angle)
+        self.angle, self._in_time, left_out = angle, in_time, margin(angle)
         signal, known, columns = (each[:LOOKED_AT] for each in (signal, known, columns))
         self._inner = np.isfinite(signal)
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
@@ -76,6 +87,9 @@ class MotionBehind:
 
     def left(self, filter_: RecordingFilter | None) -> Array:
         """Residual behind a filter, or none, at the samples that count."""
+        shown, inner = self._motion.T, self._inner
+        if filter_ is not None:
+            shown = self._through.rows(replace(filter_, in_time=self._in_time))
         shown, inner = self._motion.T if filter_ is None else self._through.rows(filter_), self._inner
         rows = np.vstack([self._always, shown[:-1], *self._memory(filter_)])[:, inner]
         return least_squares_residual((self._signal - shown[-1])[inner], rows)[0]
@@ -109,10 +123,9 @@ def likely_high_passes(log_likelihood: MotionBehind, order: int) -> list[tuple[f
     found = []
     for kind in kinds_for(log_likelihood.angle, order):
         if kind.high_pass and kind.sizes.size:
-            corner, sd = likeliest_corner(kind, log_likelihood)
-            found += filters_near(kind, corner, sd, log_likelihood)
+            found += filters_of(kind, log_likelihood)
     values = np.array([each.log_prior + log_likelihood(each) for each in found])
-    if not found or logsumexp(values) < math.log1p(-FILTERED) + log_likelihood(None):
+    if not found or logsumexp(values) < log_prior_of_no_high_pass(order) + log_likelihood(None):
         return []
     shares = softmax(values)
     if not whiteness(log_likelihood.left(found[int(np.argmax(values))])).white:
@@ -120,54 +133,47 @@ def likely_high_passes(log_likelihood: MotionBehind, order: int) -> list[tuple[f
     return [(float(shares[k]), found[k]) for k in np.argsort(-shares) if shares[k] > 0.0]
 
 
-def likeliest_corner(
-    kind: FilterKind, log_likelihood: Likelihood, near: float | None = None
-) -> tuple[float, float]:
-    """The corner [rad/sample] of a kind behind which a record is most likely, and its relative sd.
-
-    It is ``near`` one where that is given, as along much the same motion.
-    """
-    low, high = (math.log(each) for each in kind.sizes[[0, -1]])
-    tried = np.linspace(low, high, _TRIED)
-    if near is None:
-        values = [log_likelihood(_of_known(kind, math.exp(each))) for each in tried]
-        near = math.exp(tried[np.argmax(values)])
-    return _peak(kind, log_likelihood, math.log(near), tried[1] - tried[0])
-
-
-def filters_near(
-    kind: FilterKind, corner: float, sd: float, log_likelihood: Likelihood
+def filters_of(
+    kind: FilterKind,
+    log_likelihood: Likelihood,
+    *,
+    least: float = -math.inf,
+    closer: Callable[[float], None] = lambda _: None,
 ) -> list[RecordingFilter]:
-    """Filters about the most likely one near a corner, that known to an sd, equally far apart.
+    """Filters that stand for all of a kind, each with the prior probability of those that it represents.
 
-    Each with the prior probability of all those that it represents.
+    Of corners all over its range, or ever closer about the likeliest until several of them count. The
+    likeliest comes first.
+
+    Parameters
+    ----------
+    kind : FilterKind
+    log_likelihood : callable
+    least : float
+        Log likelihood below which there is none, of all over the range.
+    closer : callable, corner [rad/sample] -> None
+        What is done before corners near one are compared.
     """
-    best, sd = _peak(kind, log_likelihood, math.log(corner), _FAR * sd)
-    corners = best * np.exp(sd * _NODES)
-    low, high = kind.sizes[[0, -1]]
-    log_prior = math.log(kind.prior * sd / math.log(high / low))
-    found = [_of_known(kind, each) for each in corners[(corners >= low) & (corners <= high)].tolist()]
-    return [replace(each, log_prior=log_prior) for each in found]
+    low, high = kind.sizes[[0, -1]].tolist()
+    corners = np.geomspace(low, high, _TRIED)
+    for zoom in range(_ZOOMS + 1):
+        values = np.array([log_likelihood(of_known(kind, corner)) for corner in corners.tolist()])
+        if zoom == 0 and values.max() < least:
+            return []
+        apart, counts = math.log(corners[1] / corners[0]), values > values.max() + _COUNTS
+        if np.count_nonzero(counts) >= _MANY or zoom == _ZOOMS:
+            break
+        best = float(corners[np.argmax(values)])
+        if zoom == 0:
+            closer(best)
+        corners = best * np.exp(apart * np.linspace(-1.0, 1.0, _NEAR))
+        corners = corners[(corners > low * math.exp(-0.5 * apart)) & (corners < high * math.exp(0.5 * apart))]
+    log_prior = math.log(kind.prior * apart / math.log(high / low))
+    likely = [k for k in np.argsort(-values).tolist() if counts[k]]
+    return [replace(of_known(kind, float(corners[k])), log_prior=log_prior) for k in likely]
 
 
-def _of_known(kind: FilterKind, corner: float) -> RecordingFilter:
+def of_known(kind: FilterKind, corner: float) -> RecordingFilter:
     """The filter of a kind whose corner is known: without its first doubt, which is of the corner."""
     filter_ = kind.of(corner)
     return replace(filter_, doubts=filter_.doubts[1:])
-
-
-def _peak(kind: FilterKind, log_likelihood: Likelihood, near: float, within: float) -> tuple[float, float]:
-    """The most likely corner near one, a logarithm, and its relative sd, that of a normal density there."""
-    low, high = (math.log(each) for each in kind.sizes[[0, -1]])
-
-    def loss(log_corner: float) -> float:
-        return -log_likelihood(_of_known(kind, math.exp(log_corner)))
-
-    between = max(near - within, low), min(near + within, high)
-    best = minimize_scalar(loss, bounds=between, method="bounded", options={"xatol": _STEP})
-    below, above = loss(best.x - _STEP), loss(best.x + _STEP)
-    bend = below + above - 2.0 * best.fun
-    if bend <= 0.0:
-        return math.exp(best.x), 0.5 * within
-    top = min(max(best.x + 0.5 * _STEP * (below - above) / bend, between[0]), between[1])
-    return math.exp(top), min(_STEP / math.sqrt(bend), 0.5 * within)

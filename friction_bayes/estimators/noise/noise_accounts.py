@@ -27,6 +27,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.text import words
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.envelope.loss_of_amplitude import UnevenLoss
+from friction_bayes.estimators.noise.behind_high_passes import behind_high_passes
 from friction_bayes.estimators.noise.coulomb_regression import (
     CORNER,
     LEAST_SAMPLES,
@@ -44,7 +45,11 @@ from friction_bayes.estimators.noise.other_forces import (
     falls_faster,
     moved_shapes,
 )
-from friction_bayes.estimators.noise.recording_filters import FILTERED, RecordingFilter, determined
+from friction_bayes.estimators.noise.recording_filters import (
+    RecordingFilter,
+    determined,
+    log_prior_of_no_high_pass,
+)
 from friction_bayes.estimators.noise.unlisted_filter import Likeness, gains_of
 from friction_bayes.estimators.posterior_part import PosteriorPart
 from friction_bayes.statespace.coloured_noise import Autoregression, with_missing_drawn
@@ -447,7 +452,9 @@ class NoiseAccounts:
         """The same and those behind filters, with their probabilities."""
         if not self.behind_none:
             return ()
-        if self.behind_none[0].probability >= 1.0 - SLIGHT and self._unfiltered.coloured < SLIGHT:
+        white = self.behind_none[0].probability >= 1.0 - SLIGHT and self._unfiltered.coloured < SLIGHT
+        # what a high pass makes of a motion passes for another motion except where that jumps
+        if white and self._decay.order < 2:
             return self.behind_none
         behind = _behind(self._unfiltered)
         if not behind:
@@ -593,22 +600,23 @@ def _high_passes(unfiltered: _Unfiltered) -> list[tuple[FoundKind, list[tuple[fl
     White noise is as white behind one, so that both compare on the same samples, with a force or without:
     with all that goes behind no filter.
     """
-    best = _best([each for each in unfiltered.accounts if each.of_white_noise])
+    kinds = list(behind_high_passes(unfiltered.laid))
+    white = [each for each in unfiltered.accounts if each.of_white_noise]
+    laws = [*(each.laid for each in white), *(each for _, corners in kinds for _, each in corners)]
+    same = np.maximum.reduce([each.regression.clock.variance for each in laws])
+    white = [each.along(each.laid.with_variance(same)) for each in white]
+    coloured = _coloured_as_found(_best(white), [_best(white).laid])
+    none = logsumexp([each.log_evidence for each in (*white, *coloured)])
+    none += log_prior_of_no_high_pass(unfiltered.laid.order)
     found = []
-    for name, corners in unfiltered.laid.behind_high_passes():
-        laws = [best.laid, *(each for _, each in corners)]
-        same = np.maximum.reduce([each.regression.clock.variance for each in laws])
-        none = best.along(best.laid.with_variance(same)).log_evidence
-        none += unfiltered.log_evidence - best.log_evidence + math.log1p(-FILTERED)
-        # corners differ little: where the middle one is too improbable, it stands for all
-        middle = len(corners) // 2
-        order = [corners[middle], *corners[:middle], *corners[middle + 1 :]]
+    for name, corners in kinds:
+        # corners differ little: where the likeliest is too improbable, it stands for all
         values: list[float] = []
-        for filter_, each in order:
+        for filter_, each in corners:
             values.append(filter_.log_prior + _log_evidence(each.with_variance(same)) - none)
-            if values[0] + math.log(len(order)) < math.log(IMPROBABLE):
+            if values[0] + math.log(len(corners)) < math.log(IMPROBABLE):
                 break
-        corners = order[: len(values)]
+        corners = corners[: len(values)]
         filters = zip(values, (filter_ for filter_, _ in corners), strict=True)
         shares = zip(softmax(values).tolist(), (each for _, each in corners), strict=True)
         kind = FoundKind(name, sorted(filters, key=itemgetter(0), reverse=True))

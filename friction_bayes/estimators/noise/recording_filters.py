@@ -25,10 +25,12 @@ __all__ = [
     "FilterKind",
     "RecordingFilter",
     "Through",
+    "behind",
     "blended",
     "determined",
     "jump_columns",
     "kinds_for",
+    "log_prior_of_no_high_pass",
     "margin",
     "own_columns",
 ]
@@ -72,6 +74,10 @@ _MOST_DOUBTS, _SAME = 3, 1e-9
 FILTERED, _DERIVED = 0.013, 0.1
 """Prior probabilities that a record was filtered in one of the ways listed, and that a velocity or
 acceleration was computed from positions or velocities: few sensors show one."""
+_COUPLED = 0.5
+"""Prior probability that an acceleration is AC coupled: accelerometers of charge or of constant current are,
+those that show gravity are not, and laboratories have both."""
+_AC_COUPLING = "AC coupling"
 _FORGOTTEN = 1e-4
 """Share of what came when it is not known that a filter may still show where it is taken to be forgotten."""
 
@@ -107,6 +113,8 @@ class RecordingFilter:
         frequency.
     computed : bool
         Whether nothing comes after it but rounding.
+    in_time : bool
+        Whether the time of the motion is its own, and not that of the recording.
     """
 
     name: str
@@ -118,6 +126,7 @@ class RecordingFilter:
     log_prior: float = field(default=0.0, compare=False)
     of_noise: Response | None = field(default=None, compare=False)
     computed: bool = field(default=False, compare=False)
+    in_time: bool = field(default=False, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -132,10 +141,15 @@ class RecordingFilter:
         """Fields of a report."""
         return {"name": self.name, "gain": self.gain}
 
+    @property
+    def delay(self) -> float:
+        """By which the motion is recorded late [samples]; negative behind a high pass."""
+        return -float(np.angle(self._at_motion)) / self.angle
+
     def without_delay(self, omega: Array) -> Array:
-        """Response at frequencies, shape (m,), less the delay that the motion has."""
-        response, delay = self.response(omega), np.angle(self._at_motion) / self.angle
-        return response if delay == 0.0 else response * np.exp(-1j * omega * delay)
+        """Response at frequencies, shape (m,), less the delay that the motion has, unless ``in_time``."""
+        response, delay = self.response(omega), self.delay
+        return response if self.in_time or delay == 0.0 else response * np.exp(1j * omega * delay)
 
     def power_of_noise(self, omega: Array) -> Array:
         """Spectral density of white noise of the sensor behind it at frequencies, shape (m,)."""
@@ -177,13 +191,17 @@ class Through:
     They are continued beyond either end by their mirror image about its value, fading out: a step there would
     ring in every sample behind a filter with a fractional delay. Their transform is at the frequencies
     ``omega`` [rad/sample], shape (m,).
+
+    What a filter in time adds to columns that jump at ``places``, as of indices of samples, shape (k,), shows
+    where between two samples they do.
     """
 
-    def __init__(self, columns: Array) -> None:
+    def __init__(self, columns: Array, places: Array | None = None) -> None:
         self._n = n = len(columns)
         self._added = added = n // 2
+        self._columns = columns
         fade = np.cos(0.5 * math.pi * np.arange(1, added + 1) / (added + 1)) ** 2
-        rows = columns.T
+        rows = (columns if places is None else _mean_at_jumps(columns, places)).T
         before = (2.0 * rows[:, :1] - rows[:, 1 : added + 1]) * fade
         after = (2.0 * rows[:, -1:] - rows[:, -added - 1 : -1][:, ::-1]) * fade
         self._size = next_fast_len(n + 2 * added, real=True)
@@ -196,7 +214,8 @@ class Through:
 
     def rows(self, filter_: RecordingFilter, another: Complexes | float = 1.0) -> Array:
         """The same, a row each, shape (p, n), as the transform provides them; behind another response too."""
-        return self._behind(filter_.without_delay(self.omega) * another)
+        response = filter_.without_delay(self.omega) * another
+        return self._columns.T + self._behind(response - 1.0) if filter_.in_time else self._behind(response)
 
     def doubts(self, filter_: RecordingFilter) -> Array:
         """Columns behind each of the filter's doubts, those of the first doubt first, shape (n, doubts p)."""
@@ -206,6 +225,23 @@ class Through:
     def _behind(self, response: NDArray[Any]) -> Array:
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])
+
+
+def behind(columns: Array, filter_: RecordingFilter, places: Array) -> Array:
+    """Columns that jump at places behind a filter, shape (n, p); one in time alone shows where exactly."""
+    return Through(columns, places if filter_.in_time else None)(filter_)
+
+
+def _mean_at_jumps(columns: Array, places: Array) -> Array:
+    """Columns, shape (n, p), that jump at places, each sample next to one the mean over the step about it."""
+    means = columns.copy()
+    for place in places.tolist():
+        k = round(place)
+        if 2 <= k < len(columns) - 2:
+            (first, before, after, last), at = columns[[k - 2, k - 1, k + 1, k + 2]], k - place
+            jump = after - before - (before - first) - (last - after)
+            means[k] = 0.5 * (before + after) + at * jump
+    return means
 
 
 def blended(filters: Sequence[tuple[float, RecordingFilter]], read: Array) -> RecordingFilter:
@@ -333,7 +369,15 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_integrals(angle, times) for times in range(1, 3 - order)]
     derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
     # a kind that is not listed is as probable as one that is
-    return _with_prior(kinds, FILTERED, besides=1) + _with_prior(derived, _DERIVED)
+    kinds = _with_prior(kinds, FILTERED, besides=1) + _with_prior(derived, _DERIVED)
+    if order == 2:
+        kinds = [replace(kind, prior=_COUPLED) if kind.name == _AC_COUPLING else kind for kind in kinds]
+    return kinds
+
+
+def log_prior_of_no_high_pass(order: int) -> float:
+    """Logarithm of the prior probability that a record of a derivative of this order went through none."""
+    return math.log1p(-(_COUPLED if order == 2 else FILTERED))
 
 
 def _with_prior(kinds: Sequence[FilterKind], probability: float, besides: int = 0) -> list[FilterKind]:
@@ -476,16 +520,21 @@ def _of_corner(
     The response may also be one of ``others``, each one standard deviation apart. Words and the corners that
     are tried, ``between`` of high passes, have corners over the motion's frequency.
     """
+    high_pass = between is not None
 
     def of(corner: float) -> RecordingFilter:
-        slow = _remembered(rates(corner), angle)
-        shown = partial(response, corner=corner)
-        own = RecordingFilter(words(corner / angle), shown, angle, settling=slow, both_ways=both_ways)
+        own = RecordingFilter(
+            words(corner / angle),
+            partial(response, corner=corner),
+            angle,
+            settling=_remembered(rates(corner), angle),
+            both_ways=both_ways,
+            in_time=high_pass,
+        )
         neighbours = [partial(response, corner=corner / _APART)]
         neighbours += [partial(other, corner=corner) for other in others]
         return replace(own, doubts=tuple(_apart(own, neighbour) for neighbour in neighbours))
 
-    high_pass = between is not None
     if between is None:
         left = abs(complex(response(np.array([angle]), corner=_OF_STEEP * angle)[0]))
         between = (_OF_STEEP if left > 1.0 - _NEXT_TO_NOTHING else _LOWEST_CORNER, math.inf)
@@ -684,7 +733,7 @@ def _couplings(angle: float) -> FilterKind:
     def response(omega: Array, *, corner: float) -> Array:
         return np.asarray(1j * omega / (1j * omega + corner))
 
-    return _of_first_order("AC coupling", "an AC coupling, corner at", angle, response)
+    return _of_first_order(_AC_COUPLING, "an AC coupling, corner at", angle, response)
 
 
 def _of_first_order(name: str, words: str, angle: float, response: Callable[..., Array]) -> FilterKind:

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.estimators.noise.coulomb_regression import DRIFT, LEAST_SAMPLES, PlainDecay, PreparedDecay
+from friction_bayes.estimators.noise.behind_high_passes import likelier_high_passes
+from friction_bayes.estimators.noise.coulomb_regression import (
+    DRIFT,
+    LEAST_SAMPLES,
+    Laid,
+    PlainDecay,
+    PreparedDecay,
+)
 from friction_bayes.estimators.noise.smooth_curve import smooth_curve
 
 __all__ = ["zero_drift"]
@@ -35,7 +42,13 @@ def zero_drift(decay: PlainDecay) -> Array | None:
         if probability < 0.5:
             return None
         path = laid.along_law(law, 0.5)
-    if path.rather_behind_high_pass:
+    if _rather_coupled(prepared.along_fit(), laid):
         return None
     change = laid.unit * law[[name == DRIFT for name in laid.regression.names]]
     return np.asarray(smooth_curve(decay.time, decay.time[-1]) @ change)
+
+
+def _rather_coupled(fitted: Laid, drifting: Laid) -> bool:
+    """Whether a high pass rather made of the motion what looks like a drift; that of a zero alone is one."""
+    found = likelier_high_passes(fitted, drifting)
+    return sum(share for share, filter_, _ in found if filter_.gain != 1.0) > 0.5

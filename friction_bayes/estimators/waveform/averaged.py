@@ -36,15 +36,28 @@ __all__ = ["averaged_over_accounts"]
 
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
+_BY_CHANCE = 4.0
+"""Standard deviations by which that of a fit exceeds that of its account by chance."""
 
 
-def _averages(fit: Fit, accounts: Sequence[NoiseAccount]) -> dict[str, Any]:
-    """Averages over the accounts, that of white noise by its fit, whose noise is at least the account's."""
+def _averages(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> dict[str, Any]:
+    """Averages over the accounts, that of white noise by its fit, whose noise is at least the account's.
+
+    A fit with more noise than that has samples that are not accounted for, where the mass rests, and does not
+    hold there.
+    """
+    if _rests_elsewhere(decay, fit, accounts[0]):
+        return _mean_of(accounts, _probabilities(accounts))
     loud = accounts[0].noise_sd
     louder = max(loud / fit.noise_sd, 1.0)
     widened = Mixture.of_student(fit.coefficient).widened(louder)
     exact = replace(fit, coefficient=widened, frequency_sd=fit.frequency_sd * louder, noise_sd=loud)
     return _mean_of([exact, *accounts[1:]], _probabilities(accounts))
+
+
+def _rests_elsewhere(decay: FreeDecay, fit: Fit, account: NoiseAccount) -> bool:
+    """Whether a fit has more noise than the account of its motion, beyond chance."""
+    return fit.noise_sd > account.noise_sd * (1.0 + _BY_CHANCE / math.sqrt(2.0 * decay.values.size))
 
 
 def _probabilities(accounts: Sequence[NoiseAccount]) -> Array:
@@ -153,7 +166,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit, accounts: tuple[NoiseAcco
     fit = replace(fit, uneven_loss=uneven)
     if not accounts:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, uneven, ()))
-    averages = _averages(fit, accounts)
+    averages = _averages(decay, fit, accounts)
     # under a random force a law alone wanders off
     others = [each for each in accounts if each.others and not each.forced]
     if total_probability(others) > 0.5 and fit.prediction is not None:
@@ -180,6 +193,7 @@ def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tupl
     for i, account in enumerate(accounts):
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
+            own &= not _rests_elsewhere(decay, fit, account)
             white = PosteriorPart(account.name, account.probability, False, fit.coefficient, fit.build_target)
             parts += [white] if own else account.parts(decay.force_factor)
     return tuple(parts)

@@ -16,7 +16,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.summary import HALF_WIDTH90
 from friction_bayes.estimators.noise.free_corners import corners_after
-from friction_bayes.estimators.noise.recording_filters import Through, margin
+from friction_bayes.estimators.noise.recording_filters import Through, determined, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import OF_LINES
 from friction_bayes.loop.data.model import LoopModel
@@ -230,13 +230,18 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     motion = (states[:, order] if order < 2 else np.gradient(states[:, 1], when, axis=1)).T
     through, filter_ = Through(motion), law.filter
     assert filter_ is not None
-    own = draws.coefficients[which].T[np.array([column.kind == "filter" for column in law.columns])]
-    memory = float(np.max(np.abs(law.read.values))) * filter_.memory(len(motion))
+    coefficients = draws.coefficients[which].T
+    of_filter = np.array([column.kind == "filter" for column in law.columns])
     # what was unseen after the first part is forecast
     unseen, count = filter_.unseen(1).shape[1], len(filter_.doubts)
     doubts = through.doubts(filter_).reshape(len(motion), count, len(motions))
-    shown = through(filter_) + memory @ own[: memory.shape[1]]
-    shown = shown + np.einsum("njk,jk->nk", doubts, own[unseen : unseen + count])
+    shown = through(filter_)
+    shown = shown + np.einsum("njk,jk->nk", doubts, coefficients[of_filter][unseen : unseen + count])
+    # what it remembers is what the law of the first part has besides, whatever may have been before
+    n, part = before.shape[1], law.moved | of_filter
+    fitted = fit.unit * (law.sensor[:n, part] @ coefficients[part] + law.known[:n, None])
+    memory, inside = filter_.memory(len(motion)), determined(filter_, n)
+    shown = shown + memory @ np.linalg.lstsq(memory[:n][inside], (fitted - shown[:n])[inside])[0]
     return np.asarray((shown - motion)[before.shape[1] :].T)
 
 

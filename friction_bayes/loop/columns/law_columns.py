@@ -18,7 +18,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.spectral_lines import Line
 from friction_bayes.estimators.noise.free_corners import corner_columns, corner_scale
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, behind, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
     NUDGE,
@@ -141,6 +141,8 @@ class LawColumns:
         The law about which the columns are linear; None where forces are taken as given along the path.
     feedback : Feedback
         How the forces of that law change with the motion.
+    jump_places : ndarray, shape (k,)
+        Where among the samples the sensor jumps, as of their indices.
     filter : RecordingFilter or None
         Through which the record went.
     friction : float
@@ -161,6 +163,7 @@ class LawColumns:
     wrong: tuple[SensorColumn, ...]
     about: LawBefore | None
     feedback: Feedback
+    jump_places: Array
     filter: RecordingFilter | None
     friction: float
     unit_force: float
@@ -230,7 +233,13 @@ class LawColumns:
 
     def recorded(self, shown: Array) -> Array:
         """Columns that the sensor reads, as recorded, shape (n, p)."""
-        return shown if self.filter is None else Through(shown)(self.filter)
+        return shown if self.filter is None else behind(shown, self.filter, self.jump_places)
+
+    @property
+    def read_with_friction(self) -> Array:
+        """The motion along the path as the sensor reads it, with the friction that is assumed, shape (n,)."""
+        assumed = self.friction / self.unit_force * self.forces[:, self.dry_friction]
+        return np.asarray(self.read.values + self.row[..., 2] * assumed)
 
     @property
     def moved(self) -> Mask:
@@ -244,14 +253,11 @@ class LawColumns:
         With what the filter has of the time outside the record, and its doubts.
         """
         moved = np.flatnonzero(self.moved)
-        behind = replace(self, filter=filter_)
-        shown, sensor = (
-            behind.recorded(np.column_stack([self.sensor[:, moved], self.known])),
-            self.sensor.copy(),
-        )
+        filtered, sensor = replace(self, filter=filter_), self.sensor.copy()
+        shown = filtered.recorded(np.column_stack([self.sensor[:, moved], self.known]))
         sensor[:, moved] = shown[:, :-1]
-        own = own_columns(filter_, self.read.values).T
-        return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(
+        own = own_columns(filter_, self.read_with_friction).T
+        return replace(filtered, sensor=sensor, known=shown[:, -1]).with_shown(
             [(LawColumn("filter", 1.0), each) for each in own]
         )
 
@@ -323,6 +329,7 @@ def law_columns(
         wrong=wrong,
         about=answers.about,
         feedback=answers.feedback,
+        jump_places=path.jump_places(order),
         filter=None,
         friction=friction * unit,
         unit_force=unit,

@@ -284,8 +284,9 @@ class Round:
         signal = np.where(missing, np.nan, bare.found.regression.target + bare.found.law.known)
         if high_passes:
             # those of the filter come last
-            known = None if self.whole.filter is None else self._law[: len(bare.found.law.columns)] != 0.0
-            filters = _high_passes_of(bare.found, signal, known)
+            seen = self.whole.filter
+            acting = None if seen is None else self._law[: len(bare.found.law.columns)] != 0.0
+            filters = _high_passes_of(bare.found, signal, acting, in_time=seen is not None and seen.in_time)
         else:
             filters = _filters_of(bare.found, signal)
         behind = [replace(self.whole.behind(each), error=NO_ERROR) for each in filters]
@@ -387,7 +388,9 @@ def _filters_of(found: LawAlongMotion, signal: Array) -> list[RecordingFilter]:
     return [blended(likely, law.read.values)] if likely else []
 
 
-def _high_passes_of(found: LawAlongMotion, signal: Array, acting: Mask | None) -> list[RecordingFilter]:
+def _high_passes_of(
+    found: LawAlongMotion, signal: Array, acting: Mask | None, *, in_time: bool
+) -> list[RecordingFilter]:
     """The same of high passes (:mod:`friction_bayes.estimators.noise.high_passes`), one for each order.
 
     They differ in what they remember, which a swing that varies may hide: where the columns of the law behind
@@ -397,7 +400,7 @@ def _high_passes_of(found: LawAlongMotion, signal: Array, acting: Mask | None) -
     columns = law.sensor[:, [*law.always, law.dry_friction]]
     if acting is not None:
         columns, always = law.sensor[:, acting & law.moved], law.sensor[:, acting & ~law.moved].T
-    behind = MotionBehind(signal, law.known, columns, found.path.angle, always)
+    behind = MotionBehind(signal, law.known, columns, found.path.angle, always, in_time=in_time)
     orders: dict[int, list[tuple[float, RecordingFilter]]] = {}
     for each in likely_high_passes(behind, found.segment.order):
         orders.setdefault(each[1].remembered, []).append(each)

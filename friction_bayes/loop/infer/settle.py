@@ -18,6 +18,7 @@ import numpy as np
 from friction_bayes.loop.columns.law_columns import SENSOR_ZERO
 from friction_bayes.loop.columns.moving_record import MovingRecord
 from friction_bayes.loop.infer.coulomb_fit import CoulombStart, coulomb_start
+from friction_bayes.loop.infer.high_pass_starts import high_pass_starts
 from friction_bayes.loop.infer.noise_kinds import evaluate_sensor_noise
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.noise.correlated_noise import is_coloured
@@ -165,8 +166,11 @@ def _behind_filter(still: Round, coulomb: CoulombStart | None, *, high_passes: b
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
     latest, best = _about_coulomb(still.whole, coulomb) or still, None
-    for _ in range(_MOST_FILTERS):
-        behind = latest.behind_filters(high_passes=high_passes)
+    for look in range(_MOST_FILTERS):
+        if look == 0 and high_passes and coulomb is not None:
+            behind = high_pass_starts(still.whole, coulomb)
+        else:
+            behind = latest.behind_filters(high_passes=high_passes)
         if latest.whole.filter in [each.whole.filter for each in behind]:
             break
         settled = reduce(_better, map(_settled, behind), None)
