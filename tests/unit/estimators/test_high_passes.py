@@ -9,8 +9,7 @@ import pytest
 
 from friction_bayes.estimators.noise.high_passes import (
     MotionBehind,
-    filters_near,
-    likeliest_corner,
+    filters_of,
     likely_high_passes,
 )
 from friction_bayes.estimators.noise.recording_filters import Through, kinds_for
@@ -33,12 +32,26 @@ def behind(corner: float, order: int, rng: np.random.Generator) -> np.ndarray:
 def test_the_corner_is_found(corner: float, rng: np.random.Generator) -> None:
     (kind,) = (each for each in kinds_for(ANGLE, 0) if each.name == "AC coupling")
     log_likelihood = MotionBehind(behind(corner, 0, rng), KNOWN, SWING, ANGLE)
-    found, sd = likeliest_corner(kind, log_likelihood)
+    found = filters_of(kind, log_likelihood)
+    values = np.array([log_likelihood(each) for each in found])
+    assert values.argmax() == 0
+    # several stand for all, each with the prior of its share of the range
+    assert 3 <= len(found) <= 7
+    assert all(each.log_prior < math.log(kind.prior / len(found)) for each in found)
+    log_corners = np.log([-each.settling[0].real / ANGLE for each in found])
+    share = np.exp(values - values.max())
+    mean = share @ log_corners / share.sum()
+    sd = math.sqrt(share @ (log_corners - mean) ** 2 / share.sum())
     # false alarm 1e-4
-    assert abs(math.log(found / (corner * ANGLE))) < 4.0 * sd + 1e-3
-    near = filters_near(kind, found, sd, log_likelihood)
-    assert all(each.log_prior < math.log(kind.prior) for each in near)
-    assert 1 <= len(near) <= 5
+    assert abs(mean - math.log(corner)) < 4.0 * sd
+
+
+def test_a_corner_that_a_record_does_not_show_may_be_any(rng: np.random.Generator) -> None:
+    (kind,) = (each for each in kinds_for(ANGLE, 0) if each.name == "AC coupling")
+    found = filters_of(kind, lambda _: 0.0)
+    assert len(found) == 16
+    assert sum(math.exp(each.log_prior) for each in found) == pytest.approx(kind.prior, rel=0.1)
+    assert filters_of(kind, lambda _: 0.0, least=1.0) == []
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
