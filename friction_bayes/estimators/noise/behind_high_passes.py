@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from scipy.special import logsumexp, softmax
 
+from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.coulomb_regression import Laid
 from friction_bayes.estimators.noise.high_passes import (
     filters_of,
@@ -44,15 +45,23 @@ def behind_high_passes(laid: Laid) -> Iterator[tuple[str, list[tuple[RecordingFi
 def likelier_high_passes(laid: Laid, other: Laid) -> list[tuple[float, RecordingFilter, Laid]]:
     """High passes that a record rather went through than that another law of it holds behind none.
 
-    With their shares, the most probable first, and the regressions behind them.
+    With their shares, the most probable first, and the regressions behind them. None where what is left
+    behind the most probable is not white.
     """
     found = [(each, own) for _, own, filters in _likely(laid, other) for each in filters]
     values = np.array([each.log_prior + own.log_evidence(each) for each, own in found])
     none = log_prior_of_no_high_pass(laid.order) + _log_evidence(other)
     if not found or logsumexp(values) < none:
         return []
-    shares = softmax(values)
-    return [(float(shares[k]), found[k][0], found[k][1].behind(found[k][0])) for k in np.argsort(-shares)]
+    order, shares = np.argsort(-values).tolist(), softmax(values).tolist()
+    behind = [(shares[k], found[k][0], found[k][1].behind(found[k][0])) for k in order]
+    return behind if _leaves_white_noise(behind[0][2]) else []
+
+
+def _leaves_white_noise(laid: Laid) -> bool:
+    regression = laid.regression
+    left = regression.residual(laid.without_force().best_law())
+    return whiteness(left[regression.clock.used]).white
 
 
 def _likely(laid: Laid, other: Laid) -> Iterator[tuple[FilterKind, _OwnMotions, list[RecordingFilter]]]:

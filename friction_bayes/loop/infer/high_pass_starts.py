@@ -38,7 +38,11 @@ def high_pass_starts(whole: MovingRecord, coulomb: CoulombStart) -> list[Round]:
         mean = blended([(share, filter_) for share, filter_, _ in alike], laid.read)
         likeliest = alike[0][2]
         record = replace(whole.behind(mean), error=NO_ERROR)
-        found.append(Round.starting(record, likeliest.frequency, likeliest.regression.motion))
+        if likeliest.signal.size == whole.samples:
+            found.append(Round.starting(record, likeliest.frequency, likeliest.regression.motion))
+        else:
+            # where the mass may stick the motion behind it is not known
+            found.append(Round.starting(record, *coulomb))
     return [each for each in found if each is not None]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -152,7 +153,7 @@ def test_nothing_of_a_position_is_a_derivative() -> None:
 
 @pytest.mark.parametrize("kind", range(len(KINDS)))
 def test_the_motion_itself_is_not_delayed(kind: int) -> None:
-    filter_ = KINDS[kind].of(float(KINDS[kind].sizes[:4][-1]))
+    filter_ = replace(KINDS[kind].of(float(KINDS[kind].sizes[:4][-1])), in_time=False)
     wave = np.cos(ANGLE * np.arange(4000))
     shown = Through(wave[:, None])(filter_)[:, 0]
     inside = slice(10 * margin(ANGLE), -10 * margin(ANGLE))
@@ -162,6 +163,17 @@ def test_the_motion_itself_is_not_delayed(kind: int) -> None:
     if memory.size:
         left = left - memory @ np.linalg.lstsq(memory, left)[0]
     assert np.max(np.abs(left)) < 0.01
+
+
+def test_behind_a_high_pass_the_motion_is_in_its_own_time() -> None:
+    filter_ = COUPLING.of(0.2 * ANGLE)
+    assert filter_.in_time
+    assert filter_.delay == pytest.approx(-math.atan(0.2) / ANGLE)
+    at_motion = np.array([ANGLE])
+    assert abs(np.angle(filter_.without_delay(at_motion)[0])) == pytest.approx(math.atan(0.2))
+    assert np.angle(replace(filter_, in_time=False).without_delay(at_motion)[0]) == pytest.approx(
+        0.0, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
