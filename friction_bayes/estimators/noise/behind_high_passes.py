@@ -15,10 +15,7 @@ from scipy.special import logsumexp, softmax
 
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.noise.coulomb_regression import Laid
-from friction_bayes.estimators.noise.high_passes import (
-    filters_of,
-    of_known,
-)
+from friction_bayes.estimators.noise.high_passes import filters_of, of_known
 from friction_bayes.estimators.noise.recording_filters import (
     FilterKind,
     RecordingFilter,
@@ -129,9 +126,8 @@ class _OwnMotions:
         near = [each.regression.clock.variance for each in (low, middle, high)]
         self._variance = np.maximum.reduce([*near, np.where(jumps, np.inf, 0.0)])
 
-    def log_evidence(self, filter_: RecordingFilter | None) -> float:
-        """Of the law behind one, or none."""
-        behind = self._laid if filter_ is None else self.behind(filter_)
-        return _log_evidence(
-            behind.with_variance(np.maximum(behind.regression.clock.variance, self._variance))
-        )
+    def log_evidence(self, filter_: RecordingFilter) -> float:
+        """Of the law behind one."""
+        behind = self.behind(filter_)
+        variance = np.maximum(behind.regression.clock.variance, self._variance)
+        return _log_evidence(behind.with_variance(variance))

@@ -33,8 +33,8 @@ __all__ = [
     "of_known",
 ]
 
-Likelihood = Callable[[RecordingFilter | None], float]
-"""Logarithm of the likelihood of a record behind a filter, or none."""
+Likelihood = Callable[[RecordingFilter], float]
+"""Logarithm of the likelihood of a record behind a filter."""
 
 _MOST_MEMORY = 2
 """Coefficients of what a high pass remembers of the time before."""

@@ -601,6 +601,8 @@ def _high_passes(unfiltered: _Unfiltered) -> list[tuple[FoundKind, list[tuple[fl
     with all that goes behind no filter.
     """
     kinds = list(behind_high_passes(unfiltered.laid))
+    if not kinds:
+        return []
     white = [each for each in unfiltered.accounts if each.of_white_noise]
     laws = [*(each.laid for each in white), *(each for _, corners in kinds for _, each in corners)]
     same = np.maximum.reduce([each.regression.clock.variance for each in laws])

@@ -364,8 +364,8 @@ def kinds_for(angle: float, order: int) -> list[FilterKind]:
     kinds += [_decimation(angle, ways) for ways in (1, 2)]
     # that of an accelerometer settles as what it is coupled through
     kinds += [_settling_zero(angle)] if order < 2 else []
-    # of what moves, not where it is
-    kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS if order > 0]
+    # they show how fast it moves
+    kinds += [_pickup(angle, damping) for damping in _OF_PICKUPS if order == 1]
     kinds += [_integrals(angle, times) for times in range(1, 3 - order)]
     derived = [of(angle, times) for of in (_differences, _slopes) for times in range(1, order + 1)]
     # a kind that is not listed is as probable as one that is

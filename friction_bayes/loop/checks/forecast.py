@@ -238,8 +238,8 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     shown = through(filter_)
     shown = shown + np.einsum("njk,jk->nk", doubts, coefficients[of_filter][unseen : unseen + count])
     # what it remembers is what the law of the first part has besides, whatever may have been before
-    n, part = before.shape[1], law.moved | of_filter
-    fitted = fit.unit * (law.sensor[:n, part] @ coefficients[part] + law.known[:n, None])
+    n, moved = before.shape[1], law.moved
+    fitted = fit.unit * (law.sensor[:n, moved] @ coefficients[moved] + law.known[:n, None])
     memory, inside = filter_.memory(len(motion)), determined(filter_, n)
     shown = shown + memory @ np.linalg.lstsq(memory[:n][inside], (fitted - shown[:n])[inside])[0]
     return np.asarray((shown - motion)[before.shape[1] :].T)

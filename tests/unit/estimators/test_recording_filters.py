@@ -33,7 +33,8 @@ ANGLE = 10.0 / RATE
 KINDS = kinds_for(ANGLE, 2)
 DIFFERENCES, DIFFERENCES_TWICE, SLOPES, SLOPES_TWICE = KINDS[-4:]
 MEAN, MEAN_TWICE, HANN, QUADRATIC, _, COUPLING, SMOOTHING, GAUSSIAN, *LOW_PASSES = KINDS[:20]
-BESSEL, MOUNTED, *_, PICKED_UP, _, _ = KINDS[20:-4]
+BESSEL, MOUNTED = KINDS[20:22]
+(PICKED_UP, *_) = (kind for kind in kinds_for(ANGLE, 1) if kind.name.startswith("high pass of order 2"))
 DECIMATIONS = [kind for kind in KINDS if kind.name.startswith("decimation")]
 ORDERS = (1, 2, 3, 4, 6, 8)
 ONE_WAY = dict(zip(ORDERS, LOW_PASSES[:6], strict=True))
