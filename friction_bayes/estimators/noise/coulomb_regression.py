@@ -33,9 +33,7 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.high_passes import (
-    MotionBehind,
-)
+from friction_bayes.estimators.noise.high_passes import MotionBehind
 from friction_bayes.estimators.noise.other_forces import (
     DISTINCT,
     FORCES,
@@ -394,11 +392,11 @@ class Laid:
 
     def seen_through(self, filter_: RecordingFilter) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
-        behind = self.behind(filter_)
-        found = behind.without_force()
-        motion = behind.regression.motion.of_noise(found.noise_sd)
-        behind = replace(behind, regression=replace(behind.regression, motion=motion))
-        return behind.along_law(found.best_law())
+        filtered = self.behind(filter_)
+        found = filtered.without_force()
+        motion = filtered.regression.motion.of_noise(found.noise_sd)
+        filtered = replace(filtered, regression=replace(filtered.regression, motion=motion))
+        return filtered.along_law(found.best_law())
 
 
 class PreparedDecay:

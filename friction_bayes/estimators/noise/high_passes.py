@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp, softmax
@@ -82,8 +83,11 @@ class MotionBehind:
         self._inner = np.isfinite(signal)
         self._inner[:left_out] = self._inner[signal.size - left_out :] = False
         self._signal, self._motion = signal, np.column_stack([columns, known])
-        self._through = Through(self._motion)
         self._always = drift_and_swing(signal.size, angle) if always is None else always[:, :LOOKED_AT]
+
+    @cached_property
+    def _through(self) -> Through:
+        return Through(self._motion)
 
     def left(self, filter_: RecordingFilter | None) -> Array:
         """Residual behind a filter, or none, at the samples that count."""

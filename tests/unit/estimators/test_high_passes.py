@@ -46,7 +46,7 @@ def test_the_corner_is_found(corner: float, rng: np.random.Generator) -> None:
     assert abs(mean - math.log(corner)) < 4.0 * sd
 
 
-def test_a_corner_that_a_record_does_not_show_may_be_any(rng: np.random.Generator) -> None:
+def test_a_corner_that_a_record_does_not_show_may_be_any() -> None:
     (kind,) = (each for each in kinds_for(ANGLE, 0) if each.name == "AC coupling")
     found = filters_of(kind, lambda _: 0.0)
     assert len(found) == 16
