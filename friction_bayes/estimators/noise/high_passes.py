@@ -94,7 +94,6 @@ class MotionBehind:
         shown, inner = self._motion.T, self._inner
         if filter_ is not None:
             shown = self._through.rows(replace(filter_, in_time=self._in_time))
-        shown, inner = self._motion.T if filter_ is None else self._through.rows(filter_), self._inner
         rows = np.vstack([self._always, shown[:-1], *self._memory(filter_)])[:, inner]
         return least_squares_residual((self._signal - shown[-1])[inner], rows)[0]
 

@@ -67,3 +67,13 @@ def test_a_record_that_has_gone_through_none_has_none(order: int, rng: np.random
 def test_a_short_record_has_none(rng: np.random.Generator) -> None:
     signal = behind(0.1, 0, rng)
     assert likely_high_passes(MotionBehind(signal[:70], KNOWN[:70], SWING[:70], ANGLE), 0) == []
+
+
+def test_a_motion_may_be_in_its_own_time_or_in_that_of_the_recording(rng: np.random.Generator) -> None:
+    """What jumps lies elsewhere behind a filter in the one and in the other."""
+    (kind,) = (each for each in kinds_for(ANGLE, 2) if each.name == "AC coupling")
+    filter_, columns = kind.of(0.2 * ANGLE), np.column_stack([SWING, np.sign(np.sin(PHASE))])
+    signal = Through(columns)(filter_) @ [1.0, 0.2, 0.3] + NOISE * rng.standard_normal(SAMPLES)
+    own, recorded = (MotionBehind(signal, KNOWN, columns, ANGLE, in_time=each) for each in (True, False))
+    assert np.std(own.left(filter_)) < 1.1 * NOISE
+    assert np.std(recorded.left(filter_)) > 3.0 * NOISE
